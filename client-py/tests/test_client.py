@@ -239,10 +239,10 @@ def test_a_lost_connection_is_told_at_once_and_once(
         server.server.shutdown()
         with pytest.raises(palmares.ConnectionLostError):
             client.time()
-    told = [record for record in caplog.records if "connection lost" in record.message]
-    assert len(told) == 1
-    assert "trying again for 0.5 s: no server at" in told[0].message
-    assert told[0].created < caplog.records[-1].created + 0.5
+    logged = [record for record in caplog.records if "connection lost" in record.message]
+    assert len(logged) == 1
+    assert "trying again for 0.5 s: no server at" in logged[0].message
+    assert logged[0].created < caplog.records[-1].created + 0.5
 
 
 def test_a_closed_client_stays_closed(server: FakeServer) -> None:

@@ -24,11 +24,11 @@ def test_given_numbers_are_in_the_runs_and_are_told() -> None:
     np.testing.assert_allclose(
         batch.observe()["object_mass"][:, 0], own.observe()["object_mass"][0, 0] * mass, rtol=1e-15
     )
-    told = batch.parameters
-    np.testing.assert_array_equal(told["mass"][:, 0], mass)
-    np.testing.assert_array_equal(told["hand_friction"], [0.8, 0.9, 1.0])
-    assert told["friction"].tolist() == [[1.0], [1.0], [1.0]]
-    assert told["sensor_noise"].tolist() == [1.0, 1.0, 1.0]
+    parameters = batch.parameters
+    np.testing.assert_array_equal(parameters["mass"][:, 0], mass)
+    np.testing.assert_array_equal(parameters["hand_friction"], [0.8, 0.9, 1.0])
+    assert parameters["friction"].tolist() == [[1.0], [1.0], [1.0]]
+    assert parameters["sensor_noise"].tolist() == [1.0, 1.0, 1.0]
 
 
 def test_a_run_with_given_numbers_is_that_of_the_world_and_its_snapshot_carries_them() -> None:

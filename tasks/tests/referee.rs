@@ -52,20 +52,20 @@ proptest! {
     fn arranging_is_reported_goal_by_goal((task, frames) in story("pan")) {
         let Rules::Arrange(rules) = &task.rules else { panic!("a pan and its lid are arranged") };
         let mut referee = task.referee(&frames[0]);
-        let mut told: Vec<String> = Vec::new();
+        let mut reported: Vec<String> = Vec::new();
         for (k, frame) in frames.iter().enumerate().skip(1) {
             let mut other = task.referee(&frames[0]);
             other.restore(&referee.state());
             // Longer than any goal is to last.
             let events = referee.watch(120 * k as u64, frame);
             prop_assert_eq!(&other.watch(120 * k as u64, frame), &events);
-            told.extend(events.into_iter().map(|event| event.kind));
-            let reached = &rules.goals[..told.len()];
-            prop_assert!(reached.iter().map(|goal| &goal.name).eq(&told), "{:?}", told);
+            reported.extend(events.into_iter().map(|event| event.kind));
+            let reached = &rules.goals[..reported.len()];
+            prop_assert!(reached.iter().map(|goal| &goal.name).eq(&reported), "{:?}", reported);
             let points: f64 = reached.iter().map(|goal| goal.points).sum();
             prop_assert!((referee.score() - points).abs() < 1e-12);
-            prop_assert_eq!(referee.count().in_goal as usize, told.len());
-            prop_assert_eq!(referee.complete(), told.len() == rules.goals.len());
+            prop_assert_eq!(referee.count().in_goal as usize, reported.len());
+            prop_assert_eq!(referee.complete(), reported.len() == rules.goals.len());
         }
     }
 

@@ -47,7 +47,7 @@ struct LoadTestOptions {
 
 /// The fields of the server's messages that matter here.
 #[derive(Debug, Deserialize)]
-struct Told {
+struct Reply {
     op: String,
     #[serde(default)]
     tick: u64,
@@ -90,7 +90,7 @@ impl Client {
         Ok(self.0.send(Message::text(request.to_string())).await?)
     }
 
-    async fn next(&mut self) -> Result<Told, Error> {
+    async fn next(&mut self) -> Result<Reply, Error> {
         loop {
             match self.0.next().await.ok_or("the server closed the connection")?? {
                 Message::Text(text) => return Ok(serde_json::from_str(&text)?),
@@ -101,11 +101,11 @@ impl Client {
     }
 
     /// The next message that is no streamed observation.
-    async fn reply(&mut self, op: &str) -> Result<Told, Error> {
+    async fn reply(&mut self, op: &str) -> Result<Reply, Error> {
         loop {
-            let told = self.next().await?;
-            if told.op == op || told.op == "error" {
-                return Ok(told);
+            let reply = self.next().await?;
+            if reply.op == op || reply.op == "error" {
+                return Ok(reply);
             }
         }
     }
@@ -184,15 +184,15 @@ async fn play(options: LoadTestOptions, number: u64, part: SessionRole) -> Resul
     let start = Instant::now();
     let mut tick = 0;
     while start.elapsed().as_secs_f64() < options.seconds {
-        let told = client.next().await?;
-        if told.op == "error" {
-            return Err(format!("{told:?}").into());
+        let reply = client.next().await?;
+        if reply.op == "error" {
+            return Err(format!("{reply:?}").into());
         }
-        let Some(late_s) = told.late_s else { continue };
+        let Some(late_s) = reply.late_s else { continue };
         if start.elapsed().as_secs_f64() >= options.warm_up {
             course.late_s.push(late_s);
         }
-        tick = told.tick;
+        tick = reply.tick;
         let Some(action) = part.action(tick) else { break };
         client.send(&json!({"op": "act", "id": 10 + tick, "action": action})).await?;
     }

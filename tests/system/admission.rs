@@ -102,7 +102,7 @@ fn bodies_that_are_held_back_have_a_bound_all_together() {
     match before.zip(server.most_memory_mib()) {
         // The share of an address is 64 MiB, in buffers that grow by doubling.
         Some((before, after)) => assert!(after - before < 160, "{before} MiB grew to {after}"),
-        None => println!("LEFT OUT: this system does not tell a process's memory in /proc"),
+        None => println!("LEFT OUT: this system does not report a process's memory in /proc"),
     }
 }
 

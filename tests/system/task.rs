@@ -229,13 +229,13 @@ fn a_copy_of_each_task_is_a_task_of_ones_own() {
 fn a_copy_needs_a_task_of_the_program_and_a_name_of_its_own() {
     let into = TempDir::new().expect("temporary directory");
     let own = into.path().join("mine");
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (["task", "copy", "bals", text(&own)].as_slice(), "balls, shelf, grasp, pan, peg"),
         (&["task", "copy", "balls", text(&own), "--name", "pan"], "`pan` is a built-in task"),
         (&["task", "copy", "balls", text(&own), "--name", "a\"b"], "valid: 1 to 64 letters"),
     ] {
         let (code, printed) = palmares(arguments);
-        assert!(code != 0 && printed.contains(told), "{printed}");
+        assert!(code != 0 && printed.contains(expected), "{printed}");
         assert!(!own.exists(), "nothing is written");
     }
 }
@@ -328,11 +328,11 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     let (code, out) = take_apart(&["--force", "--pieces", "16", "--resolution", "48"]);
     assert_eq!(code, 0, "{out}");
     assert_eq!((bytes(1), bytes(pieces.len())), (first, last), "the same mesh, the same pieces");
-    for told in [
+    for expected in [
         "objects.own `cube`: in `parts`, replace the part with file = \"ring.stl\"",
         "of the mesh not covered",
     ] {
-        assert!(out.contains(told), "'{told}' is not in:\n{out}");
+        assert!(out.contains(expected), "'{expected}' is not in:\n{out}");
     }
 
     // The printed lines, in place of the part.
@@ -361,7 +361,7 @@ fn a_mesh_that_has_no_pieces_is_refused_by_name() {
         None => format!("{line}\n"),
     });
     let scale = ["--scale", "0.001"];
-    for (path, more, told) in [
+    for (path, more, expected) in [
         (file("open.stl", &open), &scale[..], "the mesh is not closed: "),
         (file("flat.stl", &flat.collect::<String>()), &scale, "the mesh spans no volume"),
         (file("mm.stl", &whole), &[], "for a mesh in millimetres use --scale 0.001"),
@@ -370,7 +370,7 @@ fn a_mesh_that_has_no_pieces_is_refused_by_name() {
     ] {
         let (code, out) = palmares(&[&["hand", "decompose", text(&path)], more].concat());
         let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
-        assert!(code == 1 && out.contains(told) && out.contains(name), "{name}: {out}");
+        assert!(code == 1 && out.contains(expected) && out.contains(name), "{name}: {out}");
     }
     assert_eq!(std::fs::read_dir(place.path()).expect("there").count(), 4, "nothing was written");
 }

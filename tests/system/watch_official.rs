@@ -130,12 +130,12 @@ async fn watching_tells_no_seed_no_token_and_nothing_to_those_who_may_not() {
     let secrets = [&run["seed_hex"], &welcome["resume_token"]].map(text);
     for secret in secrets.iter().chain([&crabs, &eels, &viewer, &cup.organizer]) {
         for heard in &heard {
-            assert!(heard.contains(&run_id) && !heard.contains(secret.as_str()), "a viewer is told {secret}");
+            assert!(heard.contains(&run_id) && !heard.contains(secret.as_str()), "a viewer gets {secret}");
         }
     }
     for heard in &heard {
         for field in ["seed", "token", "truth", "joints", "applied_action"] {
-            assert!(!heard.contains(&format!("\"{field}")), "a viewer is told {field}");
+            assert!(!heard.contains(&format!("\"{field}")), "a viewer gets {field}");
         }
     }
     // A viewer's token opens nothing else.
@@ -183,8 +183,8 @@ async fn a_revoked_viewer_is_told_and_closed() {
         assert!(reply["run_id"].is_string(), "{reply}");
     }
     cup.order("token/revoke", json!({"token_id": viewer["token_id"], "reason": "lost"}));
-    let told = until(&mut revoked, "error", &mut String::new()).await;
-    assert_error(&told, "not_authorized", true);
+    let error = until(&mut revoked, "error", &mut String::new()).await;
+    assert_error(&error, "not_authorized", true);
     assert_eq!(revoked.closed().await, (4401, "not_authorized".into()));
     assert_eq!(cup.refused(cup.handshake("/v1/watch", &text(&viewer["token"]))).await, 401);
     // Other connections continue; a team's new token ends what its old one watched.

@@ -76,7 +76,7 @@ async fn computed(url: &str) -> Result<[f64; 3], Error> {
     ])
 }
 
-/// Moves the hand about among the objects, by the clock, until told to end.
+/// Moves the hand about among the objects, by the clock, until `end` is set.
 async fn play(options: ViewerTestOptions, end: Arc<AtomicBool>) -> Result<(), Error> {
     let mut socket = connect(&format!("{}/v1/control", options.url), "palmares.v1.json").await?;
     let send = |request: Value| Message::text(request.to_string());
@@ -89,11 +89,11 @@ async fn play(options: ViewerTestOptions, end: Arc<AtomicBool>) -> Result<(), Er
     while !end.load(Ordering::Relaxed) {
         let message = socket.next().await.ok_or("the server closed the connection")??;
         let Message::Text(text) = message else { continue };
-        let told: Value = serde_json::from_str(&text)?;
-        if told["op"] == "error" {
+        let message: Value = serde_json::from_str(&text)?;
+        if message["op"] == "error" {
             return Err(text.to_string().into());
         }
-        let Some(tick) = told["tick"].as_u64().filter(|_| told["op"] == "obs") else { continue };
+        let Some(tick) = message["tick"].as_u64().filter(|_| message["op"] == "obs") else { continue };
         let wave = |period_s: f64| (std::f64::consts::TAU * tick as f64 * 0.01 / period_s).sin();
         let base =
             json!({"linear": [0.1 * wave(2.3), 0.1 * wave(3.1), 0.1 * wave(1.7)], "angular": [0, 0, 0]});

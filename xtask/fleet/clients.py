@@ -56,7 +56,7 @@ class Team:
         self.run_id = ""
 
     def play(self) -> None:
-        """Play until told to stop."""
+        """Play until the stop file is there."""
         client: palmares.Client | None = None
         while not self.stop.exists():
             try:

@@ -64,7 +64,7 @@ def all_of(waits: dict[str, list[float]]) -> list[float]:
 
 
 def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
-    """Compare what the teams were told with what is stored."""
+    """Compare the replies that the teams got with what is stored."""
     assert fleet.postgres
     stored = {row["run_id"]: row for row in fleet.postgres.rows("SELECT * FROM runs")}
     sessions = fleet.postgres.rows("SELECT session_id, team, status FROM sessions")

@@ -17,9 +17,9 @@ fn a_ball_is_held_without_creep_at_every_step() {
     for report in at_most("reflex_ball", &STEPS_S.map(|dt| (dt, 1e-3))) {
         held(&report);
         let (seen, dt) = (&report.invariants, report.dt_s);
-        let residual = seen.static_residual_nm.expect("our own world tells");
+        let residual = seen.static_residual_nm.expect("our own world reports it");
         assert!(residual <= 1e-5, "dt {dt}: {residual:e} N m");
-        let balance = seen.tension_balance_nm.expect("our own world tells");
+        let balance = seen.tension_balance_nm.expect("our own world reports it");
         assert!(balance <= 1e-6, "dt {dt}: {balance:e} N m");
         let depth = seen.max_penetration_mm.expect("grasps report depth");
         assert!(dt > 1e-3 || depth <= 0.5, "dt {dt}: {depth} mm");

@@ -140,8 +140,8 @@ impl Slot {
                 break;
             }
             events.extend(run.events().iter().map(|event| {
-                let told = event.redacted_for(sensing);
-                (told.tick, told.kind, told.object)
+                let shown = event.redacted_for(sensing);
+                (shown.tick, shown.kind, shown.object)
             }));
         }
         WORKSPACE.with_borrow_mut(|workspace| run.exchange(workspace));

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 /// The options as Python passes them.
 #[derive(FromPyObject)]
-pub(crate) struct Asked {
+pub(crate) struct TrainingRequest {
     shaping: bool,
     discount: Option<f64>,
     randomise: Randomise,
@@ -39,12 +39,17 @@ pub(crate) struct Training {
 
 impl Training {
     /// The chosen options, checked for a task, a hand and sensors.
-    pub(crate) fn of(asked: Option<Asked>, task: &Task, hand: &Hand, noise: Noise) -> PyResult<Self> {
+    pub(crate) fn of(
+        request: Option<TrainingRequest>,
+        task: &Task,
+        hand: &Hand,
+        noise: Noise,
+    ) -> PyResult<Self> {
         let options = TrainingOptions::none(task);
-        let Some(asked) = asked else {
+        let Some(request) = request else {
             return Ok(Training { options, shaping: false, discount: None });
         };
-        let Asked { shaping, discount, randomise, fraction, hand_sample, .. } = asked;
+        let TrainingRequest { shaping, discount, randomise, fraction, hand_sample, .. } = request;
         if shaping && task.training.rewards.is_none() {
             let message = format!("shaping: task `{}` has no [training.rewards] in its task.toml", task.name);
             return Err(PyValueError::new_err(message));
@@ -68,12 +73,12 @@ impl Training {
             let Some((index, count)) = hand_sample else { return Ok(options) };
             options.draw_hand(hand, HandDraw::Sample { index, count })
         });
-        let options = options.and_then(|options| match asked.step_ms {
+        let options = options.and_then(|options| match request.step_ms {
             Some(step_ms) => options.longest_step(1e-3 * step_ms),
             None => Ok(options),
         });
-        let (low, high) = asked.action_delay;
-        let actions = ActionErrors { delay: [low, high], noise: asked.action_noise };
+        let (low, high) = request.action_delay;
+        let actions = ActionErrors { delay: [low, high], noise: request.action_noise };
         let options = options.and_then(|options| options.action_errors(actions));
         Ok(Training { options: options.map_err(PyValueError::new_err)?, shaping, discount })
     }
@@ -110,7 +115,7 @@ pub(crate) fn drawn_of(options: &TrainingOptions, hand: &Hand, seed: Seed) -> Ve
 
 /// Names of the numbers of a hand that these options draw for each run of a task.
 #[pyfunction]
-pub(crate) fn hand_numbers(task: &str, hand: &str, training: Asked) -> PyResult<Vec<String>> {
+pub(crate) fn hand_numbers(task: &str, hand: &str, training: TrainingRequest) -> PyResult<Vec<String>> {
     let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
     Ok(Training::of(Some(training), &task, &hand, Noise::Real)?.drawn_names(&hand))
 }

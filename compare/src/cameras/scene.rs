@@ -35,7 +35,10 @@ pub(super) fn scene(task: &str, camera: &str, most: usize) -> Result<CameraScene
             continue;
         }
         bodies.push(Body { parts: parts(&body.parts), endless: body.endless });
-        let (position, quat) = (body.position.context("told")?, body.quat_xyzw.context("told")?);
+        let (position, quat) = (
+            body.position.context("the pose of a body is missing")?,
+            body.quat_xyzw.context("the pose of a body is missing")?,
+        );
         poses.push(placed(position, quat));
         colors.push(body.color);
     }

@@ -261,7 +261,7 @@ mod tests {
             let text = outside(&text).expect("it has marks");
             for words in [" of 144", "all 144", "% of the outcomes", "% of the grasps"] {
                 let line = text.lines().find(|line| line.contains(words));
-                assert_eq!(line, None, "{file}: only the claims tell counts of grasps");
+                assert_eq!(line, None, "{file}: only the claims state counts of grasps");
             }
         }
     }

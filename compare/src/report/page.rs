@@ -41,7 +41,7 @@ fn head(page: &mut String, report: &Comparison) {
     put!(
         page,
         "**How to read it.** Every scene runs with every step on every engine that can do it, a peer with each of its \
-        [settings](#the-engines-and-their-settings). Two things are told apart. *Does it*: all numbers stay finite, no step \
+        [settings](#the-engines-and-their-settings). It has two measures. *Does it*: all numbers stay finite, no step \
         fails, an object that is to be held is held, what is to stay within a bound (*at most* in its table) does so, an error \
         against an analytic answer is below 0.2 rad, 30 mm or 50 %, and no two shapes overlap by more than {} of the \
         width of the thinnest body that moves, object or link (a scene that begins with a deeper overlap may deepen it by a \

@@ -129,6 +129,6 @@ mod tests {
         let [angle, ratio] = invariants(motions);
         assert!((ratio - 2.0).abs() < 1e-12 && (angle - 126.869_897_645_844).abs() < 1e-9, "{angle} {ratio}");
         let still = Episode { states: vec![vec![0.0; 14]; 3], actions: vec![vec![1.0, 1.0]; 3] };
-        assert!(fitted(&[still]).is_err(), "motors that move together tell nothing apart");
+        assert!(fitted(&[still]).is_err(), "motors that move together identify nothing");
     }
 }

@@ -182,10 +182,10 @@ fn what_has_no_inside_or_no_volume_is_refused() {
     let mut bowl = cup(0.04, 0.09, 0.004, 32);
     // Without its outer wall.
     bowl.retain(|t| !t.iter().all(|p| (p.x.hypot(p.y) - 0.04).abs() < 1e-9));
-    let told = try_it(&bowl);
-    let PiecesError::Leaks { edges, voxel_m } = told else { panic!("{told:?}") };
-    assert!(edges == 64 && voxel_m > 1e-3, "{told}");
-    assert!(told.to_string().contains("not closed: 64 edges"), "{told}");
+    let error = try_it(&bowl);
+    let PiecesError::Leaks { edges, voxel_m } = error else { panic!("{error:?}") };
+    assert!(edges == 64 && voxel_m > 1e-3, "{error}");
+    assert!(error.to_string().contains("not closed: 64 edges"), "{error}");
     let flat: Corners =
         cells(0.03, &|_| true, 1).iter().map(|t| t.map(|p| p * Vec3::new(1.0, 1.0, 0.0))).collect();
     // Five sides of a box, each twice.
@@ -193,8 +193,8 @@ fn what_has_no_inside_or_no_volume_is_refused() {
     tray.extend(inside_out(&tray));
     assert_eq!(try_it(&tray), PiecesError::Sheet);
     for corners in [vec![], vec![[Vec3::ZERO; 3]], vec![[Vec3::X, Vec3::Y, Vec3::Z]], flat] {
-        let told = try_it(&corners);
-        assert!(matches!(told, PiecesError::Flat { .. }), "{told}");
+        let error = try_it(&corners);
+        assert!(matches!(error, PiecesError::Flat { .. }), "{error}");
     }
 }
 

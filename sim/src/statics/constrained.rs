@@ -123,8 +123,8 @@ mod tests {
             elastic::subtract_torques(hand, q, &mut balance);
             let worst = balance.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             assert!(worst < 1e-7, "{}: {worst}", hand.name);
-            let told = &found.equilibrium.beyond_closed_form;
-            assert!(told.iter().any(|why| why.ends_with("is held")), "{told:?}");
+            let reasons = &found.equilibrium.beyond_closed_form;
+            assert!(reasons.iter().any(|why| why.ends_with("is held")), "{reasons:?}");
         }
     }
 

@@ -35,7 +35,7 @@ impl Task {
     }
 }
 
-/// Tells options and task of a varied run from all others, and from the task's own.
+/// A hash of options and task of a varied run: it differs from that of all others, and from the task's own.
 fn content_hash(task: &Task, options: &TrainingOptions) -> String {
     let TrainingOptions { ranges, count, hand, step_s, given, actions, .. } = options;
     let Ranges { mass, friction, size, sensor_noise, hand_pose, object_poses, hand: _ } = ranges;

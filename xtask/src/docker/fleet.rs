@@ -125,7 +125,7 @@ impl<'a> Fleet<'a> {
         let copied =
             Command::new("cp").arg("-r").arg(workspace::root().join("deploy")).arg(folder.path()).status();
         ensure!(copied.is_ok_and(|status| status.success()), "cannot copy deploy/");
-        // The commands say `docker compose`. Without a terminal the older program must be told so.
+        // The commands say `docker compose`. Without a terminal the older program needs an option.
         let bin = folder.path().join("bin");
         fs::create_dir(&bin)?;
         let found = output(Command::new("sh").args(["-c", "command -v docker"]))?;

@@ -107,10 +107,10 @@ fn competition(project: &Project<'_>) -> Result<()> {
         project.up()?;
         let address = project.address()?;
         healthy(project)?;
-        let told: Value = serde_json::from_str(&get(&address, "/v1/competition")?)?;
-        ensure!(told["mode"] == "official", "the competition is {told}");
+        let competition: Value = serde_json::from_str(&get(&address, "/v1/competition")?)?;
+        ensure!(competition["mode"] == "official", "the competition is {competition}");
         ensure!(get(&address, "/v1/sessions").is_err(), "strangers see the sessions");
-        let secret = told["seed_secret_sha256"].as_str().context("no hash of the secret")?;
+        let secret = competition["seed_secret_sha256"].as_str().context("no hash of the secret")?;
         Ok(secret.to_owned())
     };
     let before = secret()?;

@@ -368,8 +368,8 @@ mod tests {
     #[test]
     fn it_says_how_far_each_object_is() {
         let mut referee = start();
-        let told = |referee: &ArrangeReferee, tick, cube| referee.explain(tick, &scene(cube), &[0.1, 0.0]);
-        let verdicts = told(&referee, 0, at([0.0, 0.0, 0.07]));
+        let explain = |referee: &ArrangeReferee, tick, cube| referee.explain(tick, &scene(cube), &[0.1, 0.0]);
+        let verdicts = explain(&referee, 0, at([0.0, 0.0, 0.07]));
         let [cube, post] = verdicts.as_slice() else { panic!("{verdicts:?}") };
         // An object of no goal.
         assert_eq!((post.counts, post.place.as_str(), post.reasons.len()), (false, "none", 0));
@@ -378,16 +378,16 @@ mod tests {
         assert_eq!((risen.rule.as_str(), risen.holds, risen.limit), ("above", false, 0.1));
         assert!(risen.value.is_some_and(|m| (m - 0.05).abs() < 1e-12), "{risen:?}");
         let _ = play(&mut referee, 1..6, at(UP));
-        let held = &told(&referee, 5, at(UP))[0].reasons[1];
+        let held = &explain(&referee, 5, at(UP))[0].reasons[1];
         assert_eq!((held.rule.as_str(), held.value, held.unit.as_str()), ("held", Some(0.04), "s"));
         let _ = play(&mut referee, 6..20, at(UP));
-        let cube = told(&referee, 20, turned(at(TRAY), Rotation::from_rotation_x(0.3))).remove(0);
+        let cube = explain(&referee, 20, turned(at(TRAY), Rotation::from_rotation_x(0.3))).remove(0);
         let rules: Vec<(&str, bool)> = cube.reasons.iter().map(|r| (r.rule.as_str(), r.holds)).collect();
         assert_eq!(rules, [("inside", true), ("upright", false), ("at_rest", true), ("let_go", true)]);
         assert_eq!(cube.reasons[2].value, Some(0.1));
         let _ = play(&mut referee, 20..22, at(TRAY));
         let _ = play(&mut referee, 22..24, at(POST));
-        let cube = told(&referee, 24, at(POST)).remove(0);
+        let cube = explain(&referee, 24, at(POST)).remove(0);
         assert_eq!((cube.counts, cube.place.as_str()), (true, "done"));
     }
 

@@ -357,18 +357,18 @@ mod tests {
     #[test]
     fn it_says_how_far_the_object_has_got() {
         let mut referee = start();
-        let told = |referee: &HoldReferee, tick, seen| referee.explain(tick, &[seen], &[]).remove(0);
+        let explain = |referee: &HoldReferee, tick, seen| referee.explain(tick, &[seen], &[]).remove(0);
         let holds =
             |verdict: &ObjectStatus| verdict.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
-        let down = told(&referee, 0, at(0.05, 0.0));
+        let down = explain(&referee, 0, at(0.05, 0.0));
         assert_eq!((down.place.as_str(), holds(&down)), ("down", vec![false; 4]));
         let _ = play(&mut referee, 1..101, at(0.16, 0.01));
-        let up = told(&referee, 100, at(0.16, 0.01));
+        let up = explain(&referee, 100, at(0.16, 0.01));
         assert_eq!((up.place.as_str(), holds(&up)), ("up", vec![true, false, true, false]));
         let held = &up.reasons[1];
         assert_eq!((held.value, held.limit, held.unit.as_str()), (Some(0.99), 2.0, "s"));
         let _ = play(&mut referee, 101..900, at(0.16, 0.015));
-        let kept = told(&referee, 900, at(0.16, 0.015));
+        let kept = explain(&referee, 900, at(0.16, 0.015));
         assert_eq!((kept.place.as_str(), kept.counts, holds(&kept)), ("kept", true, vec![true; 4]));
         assert!(kept.reasons[2].value.is_some_and(|slip| (slip - 0.005).abs() < 1e-12), "{kept:?}");
     }
