@@ -40,13 +40,13 @@ fn median_ms(repeats: usize, mut work: impl FnMut()) -> f64 {
 
 /// Over the pixels where both see something: the median difference of the depths, m, and the part of the
 /// pixels with more than 5 mm.
-fn apart(picture: &GBuffer, depth: &[f32]) -> (f64, f64) {
+fn depth_difference(picture: &GBuffer, depth: &[f32]) -> (f64, f64) {
     let pairs = picture.depth.iter().zip(depth).filter(|(z, _)| z.is_finite());
-    let mut apart: Vec<f64> = pairs.map(|(z, other)| (z - f64::from(*other)).abs()).collect();
-    apart.sort_by(f64::total_cmp);
-    let far = apart.iter().filter(|apart| **apart > 5e-3).count();
-    let count = apart.len().max(1);
-    (apart.get(count / 2).copied().unwrap_or_default(), far as f64 / count as f64)
+    let mut differences: Vec<f64> = pairs.map(|(z, other)| (z - f64::from(*other)).abs()).collect();
+    differences.sort_by(f64::total_cmp);
+    let far = differences.iter().filter(|difference| **difference > 5e-3).count();
+    let count = differences.len().max(1);
+    (differences.get(count / 2).copied().unwrap_or_default(), far as f64 / count as f64)
 }
 
 /// Measures and prints.
@@ -92,7 +92,7 @@ pub fn run(options: &CameraOptions) -> Result<()> {
             });
             let theirs = match peer::draw(&scene, &lens, options.repeats) {
                 Ok(theirs) => {
-                    let (median, far) = apart(&picture, &theirs.depth);
+                    let (median, far) = depth_difference(&picture, &theirs.depth);
                     version.get_or_insert(theirs.version);
                     let [depth, bodies, rgb] = [
                         theirs.depth_ms,

@@ -198,9 +198,9 @@ fn what_stands_on_another_object_moves_and_turns_with_it() {
         let scene = build(&task, None, Seed::from_u64(seed)).expect("a sound scene").scene;
         let [pan, lid, ..] = scene.bodies.as_slice() else { panic!("a pan and its lid") };
         let (pan, lid) = (pan.position.expect("stated"), lid.position.expect("stated"));
-        let apart = ((pan[0] - lid[0]).powi(2) + (pan[1] - lid[1]).powi(2)).sqrt();
+        let distance = ((pan[0] - lid[0]).powi(2) + (pan[1] - lid[1]).powi(2)).sqrt();
         // It rests at its initial place: nothing else supports or pushes it.
-        assert!(apart < 1e-3 && (lid[2] - pan[2] - 0.06).abs() < 5e-4, "{pan:?} {lid:?}");
+        assert!(distance < 1e-3 && (lid[2] - pan[2] - 0.06).abs() < 5e-4, "{pan:?} {lid:?}");
     }
 }
 

@@ -271,8 +271,8 @@ fn longer_steps_continue_from_the_task_s_own_and_not_the_other_way() {
         coarse.step(&action(tick)).expect("runs");
     }
     let place = |run: &Run| run.world().state().base.translation;
-    let apart = (place(&run) - place(&coarse)).length();
-    assert!(apart < 1e-3, "{apart}");
+    let distance = (place(&run) - place(&coarse)).length();
+    assert!(distance < 1e-3, "{distance}");
     let other = Err(SnapshotError::Other { what: "task" });
     assert_eq!(run.restore(&coarse.snapshot()), other);
     let mut light = varied(&task, 5, &mass());

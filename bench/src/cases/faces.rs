@@ -154,10 +154,10 @@ pub fn touching_faces(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         (prism(6), Rotation::IDENTITY, Vec3::Z * 0.02),
     ];
     let mut worst: f64 = 0.0;
-    for (shape, turn, apart) in rows {
+    for (shape, turn, spacing) in rows {
         let mut scene = SceneBuilder::new(weightless(setup.dt_s))?;
         for k in 0..5 {
-            scene = scene.body(shape.clone(), 0.1, 0.5, Pose::from_parts(apart * f64::from(k), turn))?;
+            scene = scene.body(shape.clone(), 0.1, 0.5, Pose::from_parts(spacing * f64::from(k), turn))?;
         }
         let (mut engine, command) = scene.start(setup)?;
         for _ in 0..100 {

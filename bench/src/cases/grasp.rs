@@ -138,7 +138,7 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
         let reference = fine
             .once(&name, |fine| Ok(play(fine, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?.trace));
         // A run can succeed although its fine run does not finish.
-        reference.ok().map(|reference| apart(&run.trace, &reference) * 1e3)
+        reference.ok().map(|reference| largest_distance(&run.trace, &reference) * 1e3)
     });
     Ok(Finding {
         error: Figure::from_own_fine_run("largest distance of the object from its own fine run", error, "mm"),
@@ -151,10 +151,10 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
 pub fn difference(a: &Setup, b: &Setup, grasp: &Grasp, recorder: &mut Recorder) -> Result<f64> {
     let first = play(a, grasp, CHOSEN, UNTIL_HELD, recorder)?;
     let second = play(b, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?;
-    Ok(apart(&first.trace, &second.trace))
+    Ok(largest_distance(&first.trace, &second.trace))
 }
 
-fn apart(a: &[Vec3], b: &[Vec3]) -> f64 {
+fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max)
 }
 

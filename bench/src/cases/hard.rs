@@ -210,8 +210,8 @@ pub fn overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     ))?;
     let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::translation(0.033, 0.0, 0.16)]);
     let seen = play(setup, recorder, (model, state), 2.0, |_, _| {})?;
-    let apart = seen.end.objects[0].translation.x > 0.05;
-    Ok(finding(&seen, Some(apart), 1.0))
+    let separated = seen.end.objects[0].translation.x > 0.05;
+    Ok(finding(&seen, Some(separated), 1.0))
 }
 
 /// The set point jumps there and back, each time for 0.4 s, past all limits of speed. 500 N an axis over 0.5 m on 0.7 kg:

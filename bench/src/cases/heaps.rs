@@ -26,12 +26,12 @@ pub const CASES: &[Case] = &[
 /// spheres; the contacts are [`RIGID`](crate::engine::RIGID), as in `sphere_stack`. Published at 1 ms
 /// (SimBenchmark): ODE 1.5e-4, MuJoCo 0.095, Bullet 0.38.
 pub fn six_cubed(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let (n, radius, apart) = (6, 0.1, 0.21);
+    let (n, radius, spacing) = (6, 0.1, 0.21);
     let mut random = Random::new(6);
     let mut scene = SceneBuilder::new(rigid(setup.dt_s))?.floor(0.0)?;
     for k in 0..n * n * n {
         let cell = Vec3::new(f64::from(k % n), f64::from(k / n % n), f64::from(k / (n * n)));
-        let at = cell * apart + Vec3::new(0.0, 0.0, apart) + random.cube() * 1e-3;
+        let at = cell * spacing + Vec3::new(0.0, 0.0, spacing) + random.cube() * 1e-3;
         scene = scene.body(Shape::Sphere { radius }, 10.0, 0.0, Pose::from_translation(at))?;
     }
     let (mut engine, command) = scene.start(setup)?;

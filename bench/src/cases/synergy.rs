@@ -53,8 +53,8 @@ fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
         let (q, f) = form.solve(&[s], &vec![0.0; hand.coordinates.len()]);
         let inside = q.iter().zip(&hand.coordinates).all(|(q, c)| *q > c.lower + 0.02 && *q < c.upper - 0.02);
         let unsaturated = f.iter().zip(&hand.tendons).all(|(f, t)| *f < 0.95 * t.force_limit);
-        let apart = hand.pairs_closer_than(FREE_M, &q).iter().all(|pair| hand.no_collision.contains(pair));
-        if inside && unsaturated && apart {
+        let clear = hand.pairs_closer_than(FREE_M, &q).iter().all(|pair| hand.no_collision.contains(pair));
+        if inside && unsaturated && clear {
             break;
         }
         sigma -= 0.01;

@@ -181,7 +181,7 @@ fn build(
     at.limit("linkages", "linkages", settings.linkages.len(), options.limits.tendons)?;
     let springs = springs::springs(&tree, &reduced, &settings, at);
     let linkages = springs::linkages(&tree, &reduced, &settings, at);
-    let apart = no_collision::pairs(&tree, &reduced, &settings, at);
+    let no_collision = no_collision::pairs(&tree, &reduced, &settings, at);
     let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
     at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
@@ -223,7 +223,7 @@ fn build(
     let pinned =
         hand.linkages.iter().map(|pin| [pin.links[0].min(pin.links[1]), pin.links[0].max(pin.links[1])]);
     hand.no_collision.extend(pinned);
-    hand.no_collision.extend(apart);
+    hand.no_collision.extend(no_collision);
     hand.no_collision.sort_unstable();
     hand.no_collision.dedup();
     hand.uncertain = uncertain::uncertain(&settings.uncertain, &hand, options.limits.number, at);
@@ -357,10 +357,11 @@ fn check_further_names(settings: &Settings, tree: &Urdf, at: &Report) {
     let pins = settings.linkages.iter();
     let pins =
         pins.flat_map(|(pin, own)| own.links.iter().map(move |link| (format!("[linkages.{pin}]"), link)));
-    let apart = settings.no_collision.iter().flatten().map(|link| ("no_collision".to_owned(), link));
+    let no_collision_names =
+        settings.no_collision.iter().flatten().map(|link| ("no_collision".to_owned(), link));
     let touch = settings.tactile.iter().map(|group| (format!("tactile '{}'", group.name), &group.link));
     let known = |name: &String| tree.robot.links.iter().any(|link| link.name == *name);
-    for (element, link) in pins.chain(apart).chain(touch).filter(|(_, link)| !known(link)) {
+    for (element, link) in pins.chain(no_collision_names).chain(touch).filter(|(_, link)| !known(link)) {
         at.keep::<()>(Err(unknown_link(link, &element, at)));
     }
 }

@@ -9,7 +9,7 @@ use parry3d_f64::query::{DefaultQueryDispatcher, QueryDispatcher};
 
 /// Gap of the shapes, if it is larger than what is `reachable` in this step. The exact distance is computed
 /// once; until the relative motion could have used it up, nothing needs to be computed.
-pub(super) fn still_apart(
+pub(super) fn still_separated(
     pair: Option<&Pair>,
     (distances, index): (&mut DistanceCache, usize),
     (a, b): (&Collider, &Collider),
@@ -78,8 +78,8 @@ mod tests {
             Shape::Capsule { half_length: 0.02, radius: 0.008 },
         ]);
         // The capsule upright next to the box, its lower end above the box's edge.
-        let apart = Pose::translation(0.026, 0.016 + 0.03, 0.006 + 0.02 + 0.04);
-        let found = distance(&shapes[0], &shapes[1], &apart);
+        let a_from_b = Pose::translation(0.026, 0.016 + 0.03, 0.006 + 0.02 + 0.04);
+        let found = distance(&shapes[0], &shapes[1], &a_from_b);
         assert!((found - (0.05 - 0.004 - 0.008)).abs() < 1e-15, "{found}");
         assert_eq!(distance(&shapes[0], &shapes[1], &Pose::translation(0.026, 0.02, 0.0)), 0.0);
     }

@@ -11,7 +11,7 @@
 
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
-use super::gap::still_apart;
+use super::gap::still_separated;
 use super::manifold::Finder;
 use super::pair_points::refresh;
 use super::reach::Reach;
@@ -150,13 +150,13 @@ pub struct Shapes<'a> {
 /// Whether two shapes may touch in this step.
 enum Nearness {
     /// They cannot; a lower bound of their gap, m.
-    Apart(f64),
+    Separated(f64),
     /// They may; the pose of B in A's frame.
     Near(Pose),
 }
 
 impl Shapes<'_> {
-    /// Compares two shapes: their bounds, and where these meet, the shapes ([`still_apart`]). `known` is their memory, if there is
+    /// Compares two shapes: their bounds, and where these meet, the shapes ([`still_separated`]). `known` is their memory, if there is
     /// any, and `distances` has them at an index. The computing is added to `spent`.
     #[inline]
     fn nearness(
@@ -169,15 +169,15 @@ impl Shapes<'_> {
         spent: &mut u64,
     ) -> Nearness {
         let (i, j) = distances.key(index);
-        let parted = separation(&self.bounds[i], &self.bounds[j]);
-        if parted > 0.0 {
+        let bounds_gap = separation(&self.bounds[i], &self.bounds[j]);
+        if bounds_gap > 0.0 {
             // The bounds exceed the shapes by the margin and their motion in a step.
-            return Nearness::Apart(parted + reach.approach + config.margin(false));
+            return Nearness::Separated(bounds_gap + reach.approach + config.margin(false));
         }
         *spent += DISTANCE_WORK;
         let a_from_b = self.poses[i].inv_mul(&self.poses[j]);
-        match still_apart(known, (distances, index), (a, b), &a_from_b, reach.reachable) {
-            Some(gap) => Nearness::Apart(gap),
+        match still_separated(known, (distances, index), (a, b), &a_from_b, reach.reachable) {
+            Some(gap) => Nearness::Separated(gap),
             None => Nearness::Near(a_from_b),
         }
     }
@@ -226,7 +226,7 @@ impl Contacts {
             let is_known = pairs.get(place).is_some_and(|pair| pair.key == key);
             let known = is_known.then(|| &pairs[place]);
             match shapes.nearness(config, (a, b), known, (&mut *distances, index), &reach, &mut spent) {
-                Nearness::Apart(gap) => {
+                Nearness::Separated(gap) => {
                     if is_known {
                         pairs.remove(place);
                     }
@@ -443,7 +443,7 @@ mod tests {
         assert_eq!(left, deep, "it counts as touching");
         let later = overlap_left(&config, left, -deep, false);
         assert!((left - later - config.separation_speed * config.step_s).abs() < 1e-15, "{later}");
-        // What has come apart by itself does not come back; a later overlap is pressed apart at once.
+        // Shapes that separate by themselves do not return to the overlap; a later overlap is removed at once.
         assert_eq!(overlap_left(&config, left, -0.5 * deep, false), 0.5 * deep);
         assert_eq!(overlap_left(&config, left, f64::INFINITY, false), 0.0);
         assert_eq!(overlap_left(&config, 0.0, -deep, false), 0.0);

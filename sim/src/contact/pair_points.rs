@@ -10,8 +10,8 @@ use parry3d_f64::query::{
     ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, TrackedContact,
 };
 
-/// Like [`manifold::apart`], for any shapes but a ground.
-pub(super) fn apart(
+/// Like [`manifold::separating_axis`], for any shapes but a ground.
+pub(super) fn separating_axis(
     a: &Collider,
     b: &Collider,
     a_from_b: &Pose,
@@ -19,7 +19,7 @@ pub(super) fn apart(
     last: Vec3,
 ) -> Option<(Vec3, f64)> {
     if !(a.is_ball || b.is_ball) {
-        return manifold::apart(a, b, a_from_b, reach, last);
+        return manifold::separating_axis(a, b, a_from_b, reach, last);
     }
     let mut found = ContactManifold::new();
     find_point(&mut found, a, b, a_from_b, reach);

@@ -85,7 +85,7 @@ impl Reader<'_> {
         for (joint, parent, child) in gears {
             self.gear(joint, &parent, &child, &frames, &mut draft);
         }
-        self.apart(&links, &mut draft);
+        self.exclude_by_bitmask(&links, &mut draft);
         for part in parts.iter().filter(|part| part.element.name == "plugin") {
             self.plugin(part, &mut draft);
         }

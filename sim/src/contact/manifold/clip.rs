@@ -252,8 +252,8 @@ fn lines(a: &Feature, b: &Feature, across: &Across, out: &mut Vec<Overlap>) {
         .map(PackedFeatureId::edge);
     let mut add = |s: f64, t: f64, ids: [PackedFeatureId; 2]| {
         let (p, q) = (between(a0, a1, s), between(b0, b1, t));
-        let apart = [q[0] - p[0], q[1] - p[1]];
-        let parted = if radius > 0.0 { dot(apart, apart) / (2.0 * radius) } else { 0.0 };
+        let offset = [q[0] - p[0], q[1] - p[1]];
+        let parted = if radius > 0.0 { dot(offset, offset) / (2.0 * radius) } else { 0.0 };
         let (x, y) = (0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1]));
         out.push(Overlap { x, y, heights: [p[2], q[2] + parted], ids });
     };

@@ -38,7 +38,13 @@ const DEEP_M: f64 = 1e-3;
 /// The direction of largest separation or smallest overlap of two shapes, neither of them a ball, from A to B
 /// in the frame of A, and the separation along it, m; `None` if they are more than `reach` apart. The search
 /// begins at `last`.
-pub fn apart(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<(Vec3, f64)> {
+pub fn separating_axis(
+    a: &Collider,
+    b: &Collider,
+    a_from_b: &Pose,
+    reach: f64,
+    last: Vec3,
+) -> Option<(Vec3, f64)> {
     let round = a.rounding + b.rounding;
     axis::find(a, b, a_from_b, reach + round, last).map(|axis| (axis.normal, axis.separation - round))
 }

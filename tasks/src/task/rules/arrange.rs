@@ -172,8 +172,8 @@ impl ResolvedGoal {
             out.push(Measured::new("at_rest", seen.at_rest, speed, REST_SPEED, "m/s"));
         }
         if let Some(hand_off_m) = goal.hand_off_m {
-            let apart = Vec3::from_array(seen.in_hand).length();
-            out.push(Measured::new("let_go", apart >= hand_off_m, Some(apart), hand_off_m, "m"));
+            let distance = Vec3::from_array(seen.in_hand).length();
+            out.push(Measured::new("let_go", distance >= hand_off_m, Some(distance), hand_off_m, "m"));
         }
         out
     }
