@@ -246,11 +246,11 @@ def test_the_observation_of_an_interrupted_step_can_be_had(where: str) -> None:
         wanted.reset("balls", "softhand", seed=1)
         while not at_line(60, lambda: client.step(hand=[0.7], repeat=5)):
             pytest.fail("the step has fewer lines")
-        missed, seen = client.latest(), wanted.step(hand=[0.7], repeat=5)
-        assert (missed.tick, missed.hand.actuators, missed.score) == (5, seen.hand.actuators, seen.score)
+        missed, obs = client.latest(), wanted.step(hand=[0.7], repeat=5)
+        assert (missed.tick, missed.hand.actuators, missed.score) == (5, obs.hand.actuators, obs.score)
         assert missed.truth is not None
-        assert seen.truth is not None
-        assert np.array_equal(missed.truth.positions, seen.truth.positions)
+        assert obs.truth is not None
+        assert np.array_equal(missed.truth.positions, obs.truth.positions)
         assert client.latest() is missed
 
 

@@ -100,8 +100,8 @@ def test_longer_steps_try_out_what_the_exact_run_does_next() -> None:
     exact.step(down, 30)
     plans.step(np.repeat(down, 2, axis=0), 30)
     for name in ("base", "objects", "motors"):
-        seen = exact.observe()[name]
-        assert np.abs(plans.observe()[name] - seen).max() < 5e-3
+        expected = exact.observe()[name]
+        assert np.abs(plans.observe()[name] - expected).max() < 5e-3
     with pytest.raises(ValueError, match="another task"):
         exact.restore(0, plans.snapshot(0))
 
