@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lost_object_counts_apart_from_the_mean() {
+    fn a_lost_object_does_not_count_in_the_mean() {
         let measured = Measured {
             quantity: "force".into(),
             unit: "N".into(),

@@ -208,7 +208,7 @@ def test_the_server_answers_as_that_of_the_sdk() -> None:
         b"\x01\x02",
     )
 
-    def asked(address: str) -> tuple[Any, Any, list[Any]]:
+    def replies_of(address: str) -> tuple[Any, Any, list[Any]]:
         with connect(address, subprotocols=[SUBPROTOCOL], proxy=None) as app:
             info = json.loads(app.recv(timeout=30))
             found = advertised(app, topics)
@@ -227,9 +227,9 @@ def test_the_server_answers_as_that_of_the_sdk() -> None:
             return {key: info[key] for key in ("op", "name", "capabilities")}, found, answers
 
     try:
-        reference = asked(f"ws://127.0.0.1:{sdk.port}")
+        reference = replies_of(f"ws://127.0.0.1:{sdk.port}")
         with bridge(NOWHERE) as address:
-            assert asked(address) == reference
+            assert replies_of(address) == reference
         assert len(channels) == len(reference[1])
     finally:
         sdk.stop()

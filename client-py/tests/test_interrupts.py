@@ -296,11 +296,11 @@ def test_a_forked_child_gets_an_error_and_leaves_the_parents_run_alone(url: str)
 
 
 def test_a_second_thread_gets_an_error(fake: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    reply, asked, go_on = fake._reply, threading.Event(), threading.Event()
+    reply, received, go_on = fake._reply, threading.Event(), threading.Event()
 
     def slow(request: dict[str, Any]) -> dict[str, Any]:
         if request["op"] == "step" and request["tick"] == 0:
-            asked.set()
+            received.set()
             assert go_on.wait(10.0)
         return reply(request)
 
@@ -310,7 +310,7 @@ def test_a_second_thread_gets_an_error(fake: FakeServer, monkeypatch: pytest.Mon
         found: list[palmares.Observation] = []
         thread = threading.Thread(target=lambda: found.append(client.step(hand=[0.3], repeat=7)))
         thread.start()
-        assert asked.wait(10.0)
+        assert received.wait(10.0)
         for call in (lambda: client.step(hand=[0.9]), client.stop, client.time):
             with pytest.raises(InUseError, match="one thread at a time"):
                 call()

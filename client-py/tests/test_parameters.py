@@ -15,7 +15,7 @@ from palmares.sim import Batch, Snapshot, World
 UP = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.5])
 
 
-def test_given_numbers_are_in_the_runs_and_are_told() -> None:
+def test_given_numbers_are_in_the_runs_and_can_be_read() -> None:
     batch = Batch("grasp", "softhand", 3)
     mass = np.array([0.5, 1.0, 2.0])
     batch.reset([1, 1, 1], parameters={"mass": mass, "hand_friction": [0.8, 0.9, 1.0]})
@@ -63,7 +63,7 @@ def test_a_run_with_given_numbers_is_that_of_the_world_and_its_snapshot_carries_
         ({"size": [1.0, np.nan]}, "wanted finite numbers"),
     ],
 )
-def test_what_cannot_be_given_is_told(parameters: dict[str, list[float]], message: str) -> None:
+def test_numbers_that_cannot_be_given_are_refused(parameters: dict[str, list[float]], message: str) -> None:
     batch = Batch("grasp", "softhand", 2)
     batch.reset([1, 2])
     before = batch.state_hashes()

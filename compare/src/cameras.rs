@@ -128,7 +128,7 @@ pub fn run(options: &CameraOptions) -> Result<()> {
         let record = Record::now("cameras")?.line();
         let text = format!(
             "# What pictures take\n\n{record}\n\n`palmares-compare cameras`: median of {} on one thread, with the SoftHand at its start \
-             (19 of its links are seen as bodies of their own). {peer}\n\n{table}",
+             (19 of its links are drawn as bodies of their own). {peer}\n\n{table}",
             options.repeats
         );
         std::fs::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;

@@ -21,17 +21,17 @@ const MOST_STEPS: u64 = 20_000;
 const DIGITS: usize = 16;
 
 thread_local! {
-    static SEEN: RefCell<ContentHash> = RefCell::new(ContentHash::default());
+    static HASH: RefCell<ContentHash> = RefCell::new(ContentHash::default());
     static HAND: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Identity of a case, and whether it has a hand.
 pub fn of_case(case: &Case) -> (String, bool) {
-    SEEN.set(ContentHash::of(case.name));
+    HASH.set(ContentHash::of(case.name));
     HAND.set(false);
     // A case may end with an error, since nothing moves; so it does each time.
     let _ = (case.run)(&Setup::new(&Watcher, STEP_S), &mut Recorder::default());
-    (digits(SEEN.take()), HAND.get())
+    (digits(HASH.take()), HAND.get())
 }
 
 /// Identity of a drawn grasp.
@@ -100,7 +100,7 @@ impl EngineFactory for Watcher {
     }
 
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
-        SEEN.with_borrow_mut(|hash| begin(hash, &model, &state));
+        HASH.with_borrow_mut(|hash| begin(hash, &model, &state));
         HAND.set(HAND.get() || model.hand().is_some());
         Ok(Box::new(Watched { model, state, said: String::new() }))
     }
@@ -118,7 +118,7 @@ impl Engine for Watched {
         }
         let said = format!("{command:?}");
         if said != self.said {
-            SEEN.with_borrow_mut(|hash| hash.text(&said));
+            HASH.with_borrow_mut(|hash| hash.text(&said));
             self.said = said;
         }
         Ok(Cost::default())

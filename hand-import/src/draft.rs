@@ -360,12 +360,12 @@ impl Draft {
     /// Whether a joint only moves links without shapes.
     pub fn moves_nothing(&self, joint: &Joint) -> bool {
         let mut open = vec![joint.child.as_str()];
-        let mut seen = BTreeSet::new();
+        let mut visited = BTreeSet::new();
         while let Some(link) = open.pop() {
             if self.links.iter().any(|other| other.name == link && !other.collisions.is_empty()) {
                 return false;
             }
-            if seen.insert(link) {
+            if visited.insert(link) {
                 let below = self.joints.iter().filter(|other| other.parent == link);
                 open.extend(below.map(|other| other.child.as_str()));
             }

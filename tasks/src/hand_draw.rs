@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_told() {
+    fn a_hand_that_cannot_be_drawn_is_refused() {
         let pinch = Hand::builtin("pinch").expect("built in");
         let error = HandDraw::All.check(&pinch).expect_err("nothing is uncertain");
         assert_eq!(error, "hand `pinch` has nothing in [uncertain] of its hand.toml");

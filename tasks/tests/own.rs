@@ -86,7 +86,7 @@ fn a_folder_with_a_mesh_and_a_urdf_is_read_and_built() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_file_field_and_what_would_be_valid() {
+fn an_error_names_file_field_and_valid_values() {
     let cases = [
         (
             CUBE.replace(
@@ -180,14 +180,14 @@ fn what_is_wrong_is_told_with_file_field_and_what_would_be_valid() {
 #[test]
 fn fixed_places_are_shifted_and_turned_by_the_seed_within_their_bounds() {
     let task = Task::parse("cube.toml", CUBE).expect("valid");
-    let mut seen = Vec::new();
+    let mut places = Vec::new();
     for seed in 0..20 {
         let scene = build(&task, None, Seed::from_u64(seed)).expect("a sound scene").scene;
         let at = |k: usize| scene.bodies[k].position.expect("the builder knows it");
         assert!(at(0)[0].abs() < 0.0101 && at(0)[1].abs() < 0.0101, "{:?}", at(0));
         assert!((at(1)[0] - 0.3).abs() < 1e-3 && at(1)[1].abs() < 1e-3, "{:?}", at(1));
-        assert!(!seen.contains(&at(0)), "another seed, another place");
-        seen.push(at(0));
+        assert!(!places.contains(&at(0)), "another seed, another place");
+        places.push(at(0));
     }
 }
 

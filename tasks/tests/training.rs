@@ -216,8 +216,8 @@ fn sensors_err_by_the_factor_that_is_drawn() {
         .expect("declared");
     let base = |options: &TrainingOptions, noise| {
         let run = open(&task, &hand("softhand"), Seed::from_u64(5), noise, options).expect("a scene");
-        let seen = run.observe(Sensing::Sensors);
-        (seen.hand.column("base", "position"), run.digest())
+        let observation = run.observe(Sensing::Sensors);
+        (observation.hand.column("base", "position"), run.digest())
     };
     let none = TrainingOptions::none(&task);
     let (exact, digest) = base(&none, Noise::None);

@@ -38,7 +38,7 @@ fn field<'a>(line: &'a str, name: &str) -> &'a str {
 }
 
 #[tokio::test]
-async fn a_failed_world_is_told_to_its_team_to_spectators_and_in_the_log() {
+async fn a_failed_world_is_reported_to_its_team_to_spectators_and_in_the_log() {
     let (_folder, archive, limits) = impossible();
     let server = Server::start_with(&["--config", text(&limits), "--hand", text(&archive)]);
     let (mut client, _) = Client::greet(&server, "billion").await;

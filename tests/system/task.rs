@@ -263,7 +263,7 @@ fn ring() -> String {
 }
 
 #[test]
-fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
+fn a_mesh_with_a_hole_is_reported_decomposed_and_used() {
     let part = "{ shape = \"mesh\", file = \"ring.stl\", scale = [0.001, 0.001, 0.001] }";
     let with = |parts: &str| {
         TASK.replace("{ shape = \"box\", size = [0.04, 0.04, 0.04] }", parts)
@@ -282,8 +282,8 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     // If it cannot stay, the hull may be the reason.
     let aloft = folder(&with(part).replace("position = [0.0, 0.0, 0.0]", "position = [0.0, 0.0, 0.3]"));
     std::fs::write(aloft.path().join("ring.stl"), ring()).expect("written");
-    for asked in [&["task", "check", text(aloft.path())][..], &["task", "play", text(aloft.path())]] {
-        let (code, out) = palmares(asked);
+    for arguments in [&["task", "check", text(aloft.path())][..], &["task", "play", text(aloft.path())]] {
+        let (code, out) = palmares(arguments);
         assert_eq!(code, 1, "{out}");
         assert!(
             out.contains("did not stay") && out.contains("A possible cause: objects.own `cube`: part 0"),

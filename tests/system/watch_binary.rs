@@ -194,7 +194,7 @@ fn near(a: &[f32], b: &[f32], most: f32) {
 }
 
 #[tokio::test]
-async fn binary_frames_tell_what_the_json_ones_tell() {
+async fn binary_frames_have_the_content_of_the_json_ones() {
     let server = Server::start();
     let (mut player, _) = Client::playing(&server, "crabs").await;
     let all = json!(["telemetry", "contacts", "verdicts"]);
@@ -267,7 +267,7 @@ async fn binary_frames_tell_what_the_json_ones_tell() {
 }
 
 #[tokio::test]
-async fn a_viewer_is_told_how_time_goes_on_and_why_no_ball_counts_yet() {
+async fn a_viewer_gets_the_clock_and_the_reason_why_no_ball_counts_yet() {
     let server = Server::start();
     let (mut player, _) = Client::greet(&server, "crabs").await;
     let mut run = reset();

@@ -174,7 +174,7 @@ async fn announcement(viewer: &mut Client) -> Value {
 }
 
 #[tokio::test]
-async fn what_is_announced_is_kept_recorded_and_told_to_who_watches() {
+async fn an_announcement_is_kept_recorded_and_sent_to_viewers() {
     for cup in Official::each().await {
         let list = |cup: &Official| get(&cup.server, "/v1/announcements").json()["announcements"].clone();
         assert_eq!(list(&cup), json!([]));

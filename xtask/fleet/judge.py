@@ -103,7 +103,7 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
         "rejected": by_status["rejected"],
         "stuck": stuck + by_status["open"] + by_status["provisional"],
         "runs": dict(by_status),
-        "runs_cut": sum(not r["asked"] and r["reason"] not in ENDS for r in counted),
+        "runs_cut": sum(not r["by_client"] and r["reason"] not in ENDS for r in counted),
         "unacknowledged": sum(row["status"] in judged for row in stored.values()) - len(counted) + lost,
         "errors": dict(Counter(event["code"] for event in events if event["event"] == "error")),
         "runs_lost": sum(event["event"] == "lost" for event in events),

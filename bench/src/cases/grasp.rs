@@ -119,8 +119,8 @@ pub fn cuboid(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 
 /// Whether a grasp in a placement is kept through lift, hold and shaking, with every step converged.
 pub fn kept(setup: &Setup, grasp: &Grasp, placement: Placement) -> Result<bool> {
-    let seen = play(setup, grasp, placement, SHAKEN, &mut Recorder::default())?.invariants;
-    Ok(seen.held == Some(true) && seen.newton_unconverged == Some(0))
+    let invariants = play(setup, grasp, placement, SHAKEN, &mut Recorder::default())?.invariants;
+    Ok(invariants.held == Some(true) && invariants.newton_unconverged == Some(0))
 }
 
 /// Speed at which the object creeps in the hand over 60 s of holding still.

@@ -83,7 +83,7 @@ pub fn heap(bodies: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = He
 
 /// A heap of thirty, always the same.
 pub fn thirty() -> Result<Heap> {
-    heaps_of_thirty(1)?.pop().context("one heap was asked for")
+    heaps_of_thirty(1)?.pop().context("one heap was requested")
 }
 
 /// `count` heaps of thirty, always the same; the first is [`thirty`].

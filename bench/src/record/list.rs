@@ -130,7 +130,7 @@ mod tests {
         let declared: Vec<String> = parts().into_iter().flat_map(|part| part.pages).collect();
         let mut folders =
             ["docs/pictures", "docs/report", "docs/training", "docs/validation"].map(str::to_owned).to_vec();
-        let mut seen = 0;
+        let mut count = 0;
         while let Some(folder) = folders.pop() {
             // A folder that is not there yet has no page.
             for entry in fs::read_dir(root().join(&folder)).into_iter().flatten() {
@@ -139,12 +139,12 @@ mod tests {
                 if entry.path().is_dir() {
                     folders.push(path);
                 } else if path.ends_with(".md") {
-                    seen += 1;
+                    count += 1;
                     assert!(declared.contains(&path), "{path}: bench/src/record/pages.toml does not name it");
                 }
             }
         }
-        assert!(seen > 5, "{seen} pages");
+        assert!(count > 5, "{count} pages");
     }
 
     #[test]

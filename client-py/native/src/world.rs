@@ -126,7 +126,7 @@ impl PyWorld {
 
     /// The message `obs` as in the reply to `reset`, with the scene; pictures of `cameras`.
     fn opened<'py>(&mut self, py: Python<'py>, cameras: Vec<String>) -> PyResult<Bound<'py, PyBytes>> {
-        let reply = self.seen(&cameras).map(|observation| {
+        let reply = self.observation(&cameras).map(|observation| {
             let task = self.run.task();
             let run = Some(Opened {
                 task: task.name.clone(),
@@ -200,7 +200,7 @@ impl PyWorld {
         cameras: Vec<String>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let own = std::mem::replace(&mut self.sensing, lookup::sensing(sensing)?);
-        let reply = self.seen(&cameras).map(|observation| self.obs(0, observation));
+        let reply = self.observation(&cameras).map(|observation| self.obs(0, observation));
         self.sensing = own;
         message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
@@ -434,7 +434,7 @@ impl PyWorld {
     }
 
     /// The observation now.
-    fn seen(&mut self, cameras: &[String]) -> Result<Observation, Refusal> {
+    fn observation(&mut self, cameras: &[String]) -> Result<Observation, Refusal> {
         let shots = self.shots(cameras)?;
         Ok(self.looked(&shots))
     }

@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grasp_is_judged_by_many_starts_and_its_fine_run_is_told_apart() {
+    fn a_grasp_is_judged_by_many_starts_and_its_fine_run_separately() {
         let folder = Folder(std::env::temp_dir().join(format!("palmares-starts-{}", std::process::id())));
         let options = ComparisonOptions {
             part: "report".to_owned(),

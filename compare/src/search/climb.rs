@@ -60,7 +60,7 @@ impl Climb {
         all
     }
 
-    /// The changes of the best set whose changes were not asked for yet.
+    /// The changes of the best set whose changes were not requested yet.
     pub(super) fn next(&mut self) -> Option<Vec<EngineKind>> {
         let best = self.ranked().into_iter().find(|(name, _)| !self.expanded.contains(name))?.0;
         self.expanded.insert(best);

@@ -183,15 +183,15 @@ impl Wanted<'_> {
 }
 
 fn of_case(played: &Played) -> (End, Option<f64>) {
-    let seen = &played.invariants;
-    let deep = seen.overlap_of_bound.is_some_and(|part| part > 1.0);
+    let invariants = &played.invariants;
+    let deep = invariants.overlap_of_bound.is_some_and(|part| part > 1.0);
     let end = match &played.trouble {
         None => End::Solved,
-        Some(_) if seen.newton_unconverged.is_some_and(|n| n > 0) => End::Failed,
-        Some(_) if deep && seen.held != Some(false) => End::Deep,
+        Some(_) if invariants.newton_unconverged.is_some_and(|n| n > 0) => End::Failed,
+        Some(_) if deep && invariants.held != Some(false) => End::Deep,
         Some(_) => End::Lost,
     };
-    (end, seen.max_penetration_mm)
+    (end, invariants.max_penetration_mm)
 }
 
 fn of_grasp(fate: Fate) -> (End, Option<f64>) {

@@ -123,8 +123,8 @@ mod tests {
         }
         let actions = steps.iter().chain([&[0.0, 0.0]]).map(|a| a.to_vec()).collect();
         let motions = fitted(&[Episode { states, actions }]).expect("both motors move");
-        for (seen, put) in motions.iter().flatten().zip([first, second].iter().flatten()) {
-            assert!((seen - put).abs() < 1e-12, "{motions:?}");
+        for (found, put) in motions.iter().flatten().zip([first, second].iter().flatten()) {
+            assert!((found - put).abs() < 1e-12, "{motions:?}");
         }
         let [angle, ratio] = invariants(motions);
         assert!((ratio - 2.0).abs() < 1e-12 && (angle - 126.869_897_645_844).abs() < 1e-9, "{angle} {ratio}");

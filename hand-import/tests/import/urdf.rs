@@ -239,7 +239,7 @@ fn links_without_mass_get_one_from_their_shapes() {
 }
 
 #[test]
-fn pictures_become_collision_shapes_when_asked() {
+fn pictures_become_collision_shapes_on_request() {
     let text = finger("").replace("collision>", "visual>");
     let source = Source::new(&[("claw.urdf", &text)]);
     has(&source.import("claw.urdf"), DecisionKind::Problem, "robot", "--visual-as-collision");

@@ -34,7 +34,7 @@ fn warnings_of(corners: &Corners, more: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_hull_that_fills_hollows_is_told_with_both_volumes_and_the_command() {
+fn a_hull_that_fills_hollows_is_reported_with_both_volumes_and_the_command() {
     let [warning] = &warnings_of(&torus(0.04, 0.01, 64), "")[..] else { panic!("one warning") };
     assert!(
         warning.starts_with("task.toml: objects.own `thing`: part 0: mesh 'a.stl': its convex hull has "),
@@ -81,7 +81,7 @@ fn convex_meshes_are_not_worth_a_word_however_they_are_made() {
 }
 
 #[test]
-fn a_hollow_mesh_that_is_not_closed_is_told_by_how_far_its_hull_is_off() {
+fn a_hollow_mesh_that_is_not_closed_is_reported_with_the_error_of_its_hull() {
     let mut open = cup(0.04, 0.09, 0.004, 32);
     open.pop();
     let [warning] = &warnings_of(&open, "")[..] else { panic!("one warning") };
@@ -99,7 +99,7 @@ fn a_hollow_mesh_that_is_not_closed_is_told_by_how_far_its_hull_is_off() {
 }
 
 #[test]
-fn points_that_lose_much_of_a_hull_are_told() {
+fn points_that_lose_much_of_a_hull_are_reported() {
     // A needle: rounding its tip takes centimetres.
     let needle = turned(&[[0.0, 0.0], [0.01, 0.0], [0.0, 0.2]], 24);
     let warnings = warnings_of(&needle, "");
@@ -132,7 +132,7 @@ fn rounding_is_bounded_and_0_keeps_the_corners() {
 }
 
 #[test]
-fn an_object_of_pieces_has_mass_properties_within_the_error_that_was_told() {
+fn an_object_of_pieces_has_mass_properties_within_the_reported_error() {
     for corners in [torus(0.04, 0.01, 48), mug(), ell(), inside_out(&ell())] {
         let mesh = TriangleMesh::new(&corners);
         let pieces =
@@ -158,7 +158,7 @@ fn an_object_of_pieces_has_mass_properties_within_the_error_that_was_told() {
 }
 
 #[test]
-fn a_link_of_a_hand_is_told_of_its_own_command_and_can_keep_corners() {
+fn a_warning_for_a_link_names_its_own_command_and_corners_can_be_kept() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("palm.stl"), stl(&ell())).unwrap();
     let urdf = r#"<robot name="r"><link name="palm">

@@ -22,7 +22,7 @@ pub(super) fn still_separated(
     }
     let touched = pair.filter(|pair| !pair.manifold.points.is_empty());
     // Gaps known before a snapshot are known after it: for pairs with points, the state has them.
-    let (gap, there) = touched.map_or_else(|| distances.gap(index), |pair| pair.seen);
+    let (gap, there) = touched.map_or_else(|| distances.gap(index), |pair| pair.updated_at);
     // An unbounded shape approaches with any turn.
     if gap > reachable && b.bounding_radius.is_finite() {
         let travel = a_from_b.translation.distance(there.translation);

@@ -271,10 +271,10 @@ impl Contacts {
         let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
         pair.initial_overlap = overlap_left(config, pair.initial_overlap, deepest, first_sight);
         if pair.manifold.points.is_empty() {
-            pair.seen = (0.0, Pose::IDENTITY);
+            pair.updated_at = (0.0, Pose::IDENTITY);
             pair.mean = Anchor::default();
         } else {
-            pair.seen = (deepest, a_from_b);
+            pair.updated_at = (deepest, a_from_b);
         }
         spent
     }

@@ -160,7 +160,7 @@ fn list_due(
         let key = (i as u32, j as u32);
         place += state.pairs[place..].iter().take_while(|pair| pair.key < key).count();
         let known = state.pairs.get(place).filter(|pair| pair.key == key && !pair.manifold.points.is_empty());
-        if !known.is_some_and(|pair| way <= pair.seen.0 + most) {
+        if !known.is_some_and(|pair| way <= pair.updated_at.0 + most) {
             due.push((i, j));
         }
     }
@@ -211,7 +211,7 @@ fn stop_due(
         let known = known.ok().map(|place| &state.pairs[place]).filter(|p| !p.manifold.points.is_empty());
         let separated = known.is_some_and(|pair| {
             let normal = collision.poses[i].rotation * pair.manifold.local_n1;
-            stays_separated(moving_a, moving_b, normal, pair.seen.0, most)
+            stays_separated(moving_a, moving_b, normal, pair.updated_at.0, most)
         });
         if separated {
             continue;

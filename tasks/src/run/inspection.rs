@@ -96,17 +96,17 @@ mod tests {
     }
 
     #[test]
-    fn it_tells_what_the_controller_is_told_with_the_bodies_ids() {
+    fn it_has_the_observation_of_the_controller_with_the_bodies_ids() {
         let run = run();
-        let seen = run.observe(Sensing::Truth);
-        let truth = seen.truth.expect("the truth");
+        let observation = run.observe(Sensing::Truth);
+        let truth = observation.truth.expect("the truth");
         let telemetry = run.telemetry();
         assert_eq!(
             (&telemetry.q, &telemetry.predicted),
             (&truth.joints.position.0, &truth.predicted_equilibrium.0)
         );
         for (motor, [command, position, _, tension]) in
-            telemetry.motors.iter().zip(seen.hand.of("motors").as_chunks().0)
+            telemetry.motors.iter().zip(observation.hand.of("motors").as_chunks().0)
         {
             assert_eq!((motor.command, motor.position, motor.tension), (*command, *position, *tension));
         }

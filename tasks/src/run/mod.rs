@@ -337,7 +337,7 @@ impl Run {
         let mut work = 0;
         if reason != Reason::WorldFault {
             for _ in 0..(self.task.rules.settle_s() / self.task.tick_s).ceil() as u64 {
-                let still = self.sightings().iter().all(|seen| seen.at_rest) && self.tick > ticks;
+                let still = self.sightings().iter().all(|object| object.at_rest) && self.tick > ticks;
                 if still || work > SETTLING_WORK || !self.healthy() {
                     break;
                 }

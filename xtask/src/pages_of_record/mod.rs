@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn durations_are_told_in_minutes_below_an_hour() {
+    fn durations_below_an_hour_are_in_minutes() {
         assert_eq!((hours(0.3), hours(6.0)), ("18 min".to_owned(), "6.0 h".to_owned()));
     }
 }

@@ -112,7 +112,7 @@ fn an_include_brings_its_elements_and_a_circle_is_an_error() {
 }
 
 #[test]
-fn joints_apart_from_the_body_and_several_of_them_move_it_as_in_mujoco() {
+fn joints_off_the_body_and_several_of_them_move_it_as_in_mujoco() {
     let head = "<compiler angle='radian'/>";
     let world = "<body name='palm'><geom size='0.02'/>\
         <body name='thumb' pos='0.1 0 0.02' euler='0 0 0.5'>\

@@ -2,7 +2,7 @@
 //!
 //! 1. [`axis`]: the direction of largest separation, or of smallest overlap.
 //! 2. [`solid`](crate::surface::solid): the facing features along it: faces with all corners, or a line or rim of a curved side.
-//! 3. [`clip`]: the corners of their overlap, seen along the axis.
+//! 3. [`clip`]: the corners of their overlap, projected along the axis.
 //! 4. [`patch`]: a few of these corners that represent the area, and the lever of friction.
 //! 5. [`seams`](crate::surface::seams): parts of a surface that other parts of the same body cover are no face and no edge.
 //!
@@ -219,14 +219,14 @@ impl Finder {
         if deep || a.seams.is_empty() && b.seams.is_empty() {
             return self.put(pair, &found, a, b, a_from_b, reach);
         }
-        let seen = [&self.overlap, &self.beside].map(Clone::clone);
+        let kept = [&self.overlap, &self.beside].map(Clone::clone);
         let axis = self.turned(found, a, b, a_from_b, reach);
         self.leave_bare(&axis, a, b, a_from_b);
         pair.covered = self.deepest() > reach;
         if !pair.covered {
             return self.put(pair, &axis, a, b, a_from_b, reach);
         }
-        [self.overlap, self.beside] = seen;
+        [self.overlap, self.beside] = kept;
         self.put(pair, &found, a, b, a_from_b, reach);
     }
 

@@ -138,17 +138,17 @@ pub(super) struct ArrangeState {
 
 impl ResolvedGoal {
     /// The measured point, m.
-    fn point(&self, seen: &ObjectSnapshot) -> Vec3 {
+    fn point(&self, object: &ObjectSnapshot) -> Vec3 {
         match self.goal.point {
-            Some(point) => seen.frame * Vec3::from_array(point),
-            None => Vec3::from_array(seen.position),
+            Some(point) => object.frame * Vec3::from_array(point),
+            None => Vec3::from_array(object.position),
         }
     }
 
     /// Every condition of the goal, measured. `speed` of the object, m/s.
     fn measure(&self, objects: &[ObjectSnapshot], speed: Option<f64>) -> Vec<Measured> {
-        let Some(seen) = objects.get(self.object) else { return Vec::new() };
-        let (goal, point) = (&self.goal, self.point(seen));
+        let Some(object) = objects.get(self.object) else { return Vec::new() };
+        let (goal, point) = (&self.goal, self.point(object));
         let mut out = Vec::new();
         if let Some(region) = self.region {
             let at = point.to_array();
@@ -164,15 +164,15 @@ impl ResolvedGoal {
             out.push(Measured::new("above", risen >= above_m, Some(risen), above_m, "m"));
         }
         if let Some(most_deg) = goal.upright_deg {
-            let up = (seen.frame.rotation * Vec3::Z).z.clamp(-1.0, 1.0);
+            let up = (object.frame.rotation * Vec3::Z).z.clamp(-1.0, 1.0);
             let tilt_deg = libm::acos(up).to_degrees();
             out.push(Measured::new("upright", tilt_deg <= most_deg, Some(tilt_deg), most_deg, "deg"));
         }
         if goal.at_rest {
-            out.push(Measured::new("at_rest", seen.at_rest, speed, REST_SPEED, "m/s"));
+            out.push(Measured::new("at_rest", object.at_rest, speed, REST_SPEED, "m/s"));
         }
         if let Some(hand_off_m) = goal.hand_off_m {
-            let distance = Vec3::from_array(seen.in_hand).length();
+            let distance = Vec3::from_array(object.in_hand).length();
             out.push(Measured::new("let_go", distance >= hand_off_m, Some(distance), hand_off_m, "m"));
         }
         out
@@ -302,8 +302,8 @@ mod tests {
         ObjectSnapshot { position, in_hand: [0.0, 0.0, 0.5], at_rest: true, frame }
     }
 
-    fn turned(seen: ObjectSnapshot, rotation: Rotation) -> ObjectSnapshot {
-        ObjectSnapshot { frame: Pose::from_parts(seen.frame.translation, rotation), ..seen }
+    fn turned(object: ObjectSnapshot, rotation: Rotation) -> ObjectSnapshot {
+        ObjectSnapshot { frame: Pose::from_parts(object.frame.translation, rotation), ..object }
     }
 
     /// The cube, and the post at its place.

@@ -65,7 +65,7 @@ fn delays_fill_their_range_and_errors_have_their_deviation() {
 }
 
 #[test]
-fn what_is_out_of_bounds_is_told() {
+fn action_errors_out_of_bounds_are_refused() {
     let check = |delay, noise| ActionErrors { delay, noise }.check().expect_err("bad");
     assert_eq!(check([3, 2], 0.0), "action_delay: found [3, 2]; wanted 0 to 100, ascending");
     assert_eq!(check([0, 101], 0.0), "action_delay: found [0, 101]; wanted 0 to 100, ascending");
