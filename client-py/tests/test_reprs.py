@@ -1,4 +1,4 @@
-"""What a prompt or a notebook shows of every public type: never more than a few lines."""
+"""The output of a prompt or a notebook for every public type: never more than a few lines."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def replay(model, start, log, longest_ns):
 
 
 def contacts(model, data):
-    """Of every touching contact: shapes, place, normal, force in the world's axes, gap."""
+    """Every touching contact: shapes, place, normal, force in the world's axes, gap."""
     rows = []
     wrench = np.zeros(6)
     for k in range(data.ncon):

@@ -63,7 +63,7 @@ fn begin(hash: &mut ContentHash, model: &Model, state: &State) {
     let config = model.config();
     hash.floats(&[config.contact_stiffness, config.step_s]);
     hash.text(&format!("{:?}", config.base));
-    // Of the hand that which is not in the document, and which an adapter reads.
+    // An adapter reads these numbers of the hand, and the document does not have them.
     if let Some(hand) = model.hand() {
         hash.list(&hand.motors, |hash, motor| hash.floats(&[motor.scaling, motor.offset, motor.speed_limit]));
         hash.list(&hand.tendons, |hash, tendon| {

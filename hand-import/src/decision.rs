@@ -104,7 +104,7 @@ impl Log {
     }
 
     fn add(&mut self, kind: DecisionKind, at: At, element: String, text: String) {
-        // What differs most is compared first: a hostile file has many decisions.
+        // The texts differ most, so they are compared first: a hostile file has many decisions.
         let again = |other: &Decision| {
             other.text == text && other.element == element && other.kind == kind && other.at == at
         };

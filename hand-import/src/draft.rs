@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use palmares_models::hand::{CoordinateSettings, SpringNumbers, StatedTendon};
 use palmares_models::{Mat3, Pose, Rotation, Vec3, rotation};
 
-/// What a description states about one hand.
+/// The statements of a description about one hand.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Draft {
     /// Name of the robot.
@@ -112,7 +112,7 @@ pub enum Geometry {
     Capsule {
         /// m
         radius: f64,
-        /// Of the cylinder between the balls, m.
+        /// Length of the cylinder between the balls, m.
         length: f64,
     },
     /// Half axes, m. It is written as a mesh.
@@ -272,7 +272,7 @@ pub enum TendonPath {
     Table(Vec<[f64; 2]>),
 }
 
-/// What an actuator drives.
+/// The part that an actuator drives.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drive {
     /// A joint, by its name.
@@ -281,7 +281,7 @@ pub enum Drive {
     Tendon(String),
 }
 
-/// What an actuator's command sets.
+/// The quantity that an actuator's command sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
     /// A position.
@@ -297,11 +297,11 @@ pub enum Control {
 pub struct Actuator {
     /// Unique.
     pub name: String,
-    /// What it drives.
+    /// The part that it drives.
     pub drive: Drive,
     /// Motor turns per unit of the joint or tendon: the reduction.
     pub gear: f64,
-    /// What its command sets; `None` if the source does not say it.
+    /// The quantity that its command sets; `None` if the source does not state it.
     pub control: Option<Control>,
     /// Force per error of position.
     pub gain: Option<f64>,

@@ -87,7 +87,7 @@ pub fn import_source(source: &Source, options: &ImportOptions) -> Result<Importe
         return Err(ImportError::unreadable(source.display(&file), problem));
     }
     let mut hand = complete::complete(draft, source, options, &mut log);
-    // The loader is the judge of what was written. What it finds goes into the comments as well.
+    // The loader judges the written files. Its findings go into the comments as well.
     let mut warnings = Vec::new();
     match load(&write(&hand, &log, format, options)) {
         Ok(found) => {

@@ -115,7 +115,7 @@ fn names(part: &LinkShape, path: &Path) -> bool {
     matches!(&part.geometry, Geometry::Mesh(Mesh { triangles: Triangles::File(file), .. }) if file == path)
 }
 
-/// What a file of the source becomes.
+/// The written form of a file of the source.
 #[derive(Clone, Debug)]
 enum Converted {
     /// A file of the hand.
@@ -128,11 +128,11 @@ struct Converter<'a> {
     source: &'a Source,
     log: &'a mut Log,
     meshes: Meshes,
-    /// What became of each file of the source, and the factor to metres; `None` if it cannot be read.
+    /// The written form of each file of the source, and the factor to metres; `None` if it cannot be read.
     done: BTreeMap<PathBuf, Option<(Converted, f64)>>,
-    /// Of all written files.
+    /// Size of all written files.
     bytes: u64,
-    /// Of all written files that touch.
+    /// Vertices of all written files that touch.
     vertices: usize,
     /// Written files that some link no longer uses.
     replaced: Vec<PathBuf>,

@@ -58,7 +58,7 @@ pub enum PlacingError {
     /// A number is not finite or beyond its bound.
     #[error("{what}: found {found}; wanted a number from -{bound:e} to {bound:e}")]
     OutOfBounds {
-        /// What it is of.
+        /// The name of the quantity.
         what: &'static str,
         /// The number.
         found: f64,

@@ -34,7 +34,7 @@ struct LoadTestOptions {
     /// How long each plays, s
     #[arg(long, default_value_t = 30.0)]
     seconds: f64,
-    /// What the first seconds of a session say is left out: others are still building their scenes, s
+    /// The first seconds of a session do not count: others are still building their scenes, s
     #[arg(long, default_value_t = 5.0)]
     warm_up: f64,
     /// Replays whose task, hand, seed and actions the sessions repeat, in turn; without one, SoftHands plough through the balls
@@ -120,7 +120,7 @@ fn target(phase: f64, time_s: f64) -> Action {
     Action { base: Some(base), hand: Some(vec![0.5 + 0.5 * wave(1.9, 0.75)]), effort: None }
 }
 
-/// What a session does.
+/// The actions of a session.
 enum SessionRole {
     Plough { phase: f64 },
     Repeat(Arc<Replay>),

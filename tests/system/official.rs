@@ -100,7 +100,7 @@ async fn seeds_are_hidden_the_same_for_all_and_new_in_every_run() {
         assert_eq!((&run["seed"], &run["seed_hex"]), (&Value::Null, &Value::Null), "{run}");
         assert_eq!(run["k"], 1, "{run}");
         assert!(run["events"].is_array() && run["session_id"].is_string(), "one may know one's own: {run}");
-        // Of other teams one sees the leaderboard.
+        // A team sees only the leaderboard of other teams.
         for answer in [get(&cup.server, &path), cup.get(&path, &eels)] {
             assert!(answer.body.contains("a token of the run's team"), "{}", answer.body);
             answer.assert_problem(403, "forbidden");

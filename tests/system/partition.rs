@@ -19,7 +19,7 @@ struct NetworkState {
     cut: bool,
 }
 
-/// A network between server and database. What is sent in a cut is lost, and a connection from before it stays silent.
+/// A network between server and database. Bytes that are sent in a cut are lost, and a connection from before it stays silent.
 struct Network {
     state: watch::Sender<NetworkState>,
     url: String,

@@ -54,7 +54,7 @@ fn fragments(opcode: u8, message: &[u8], bytes: usize) -> Vec<Frame> {
     message.chunks(bytes).enumerate().map(frame).collect()
 }
 
-/// What must come from the server.
+/// The message that must come from the server.
 #[derive(Clone, Debug)]
 enum Expected {
     /// A message with this id.

@@ -1,4 +1,4 @@
-"""What must hold in the end: every acknowledged result is stored, once, and verified."""
+"""The conditions of the end: every acknowledged result is stored, once, and verified."""
 
 from __future__ import annotations
 

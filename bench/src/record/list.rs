@@ -66,7 +66,7 @@ pub fn text() -> Result<String> {
     Ok(text)
 }
 
-/// What has changed since the page was measured, in words.
+/// The changes since the page was measured, in words.
 fn changed(line: &Line, engine: &str, models: &BTreeMap<String, String>) -> String {
     let mut changed = line.changed(engine, models);
     if line.models.is_empty() && !models.is_empty() {

@@ -1,4 +1,4 @@
-//! What a page depends on beside the engine: hashes of hands, tasks and controllers.
+//! A page depends on the engine and on these: hashes of hands, tasks and controllers.
 
 use super::pages::{RecordError, RecordPart};
 use palmares_models::content::ContentHash;

@@ -3,13 +3,13 @@
 use serde::Deserialize;
 use std::io;
 
-/// What makes pages anew in one go.
+/// Pages that one command makes anew.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordPart {
     /// Its name.
     pub name: String,
-    /// What its pages have.
+    /// The content of its pages.
     pub about: String,
     /// Usual time on two idle cores.
     pub hours: f64,

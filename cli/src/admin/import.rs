@@ -46,7 +46,7 @@ struct ImportRow {
 /// A line of the file with a problem.
 type Problem = (u64, String);
 
-/// What happens to a team.
+/// The change to a team.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     Add,

@@ -20,7 +20,7 @@ pub(crate) struct BatchStep {
     pub(crate) mask: Vec<bool>,
 }
 
-/// What the batch is.
+/// The settings of the batch.
 pub(crate) struct How {
     pub(crate) motors: usize,
     pub(crate) base: Base,

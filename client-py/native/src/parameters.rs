@@ -14,7 +14,7 @@ const HAND: &str = "hand_";
 /// Names of the factors of objects.
 const FACTORS: [&str; 3] = ["mass", "friction", "size"];
 
-/// What is given for each of `count` runs: of the objects arrays (`count`, `objects`), of the hand arrays (`count`,).
+/// The given numbers of each of `count` runs: of the objects arrays (`count`, `objects`), of the hand arrays (`count`,).
 pub(crate) fn given(
     parameters: Option<&Bound<'_, PyDict>>,
     hand: &Hand,
@@ -87,7 +87,7 @@ pub(crate) fn in_effect<'py>(
     Ok(dict)
 }
 
-/// What was given for a run, in the form that [`given`] takes; none where nothing was.
+/// The given numbers of a run, in the form that [`given`] takes; none if none are given.
 pub(crate) fn given_arrays<'py>(py: Python<'py>, given: &Given) -> PyResult<Option<Bound<'py, PyDict>>> {
     if *given == Given::default() {
         return Ok(None);

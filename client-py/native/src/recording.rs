@@ -26,11 +26,11 @@ pub(crate) struct Recording {
 /// Names of motors, fingers, tendons and objects, by their kind.
 type Names = Vec<(String, Vec<String>)>;
 
-/// What is kept of a run.
+/// The recorded numbers of a run.
 struct Rows {
     hand: Arc<Hand>,
     objects: usize,
-    /// Of each tick the numbers of [`STATE`], then the others.
+    /// The numbers of [`STATE`] of each tick, then the others.
     rows: Vec<Vec<f64>>,
 }
 

@@ -24,7 +24,7 @@ pub(crate) struct Slot {
     pub(crate) constant: Vec<f64>,
     /// Drawn numbers of its hand.
     pub(crate) drawn: Vec<f64>,
-    /// What was given rather than drawn.
+    /// Numbers that were given rather than drawn.
     pub(crate) given: Given,
     pub(crate) score: f64,
     pub(crate) reward: f64,

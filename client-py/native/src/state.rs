@@ -58,7 +58,7 @@ pub(crate) const STATE: [Quantity; 6] = [
     },
 ];
 
-/// What follows from the state.
+/// Quantities that follow from the state.
 pub(crate) const MECHANICS: [Quantity; 8] = [
     Quantity {
         name: "links",
@@ -204,7 +204,7 @@ pub(crate) fn arrays<'py>(
     Ok(dict)
 }
 
-/// What is put elsewhere, as Python gives it: arrays of one run, or with a row for each.
+/// New poses and velocities, as Python gives them: arrays of one run, or with a row for each.
 #[derive(FromPyObject)]
 pub(crate) struct Placed<'py> {
     base: Option<PyReadonlyArrayDyn<'py, f64>>,
@@ -215,7 +215,7 @@ pub(crate) struct Placed<'py> {
 }
 
 impl Placed<'_> {
-    /// What is put elsewhere in each of `count` runs; without `lead` in the only one. `present` has the number of objects of each run.
+    /// The new poses and velocities of each of `count` runs; without `lead` there is one. `present` has the number of objects of each run.
     pub(crate) fn placements(
         &self,
         hand: &Hand,
@@ -274,9 +274,9 @@ fn body(row: &[f64]) -> Option<BodyState> {
 pub(crate) struct Contacts {
     /// Their number, also where it is larger.
     count: i64,
-    /// Of each its two bodies: −1 furniture, then links, then free objects.
+    /// The two bodies of each: −1 furniture, then links, then free objects.
     bodies: Vec<i64>,
-    /// Of each: position, normal from the first body to the second, force and torque on the second, gap.
+    /// Numbers of each: position, normal from the first body to the second, force and torque on the second, gap.
     numbers: Vec<f64>,
 }
 

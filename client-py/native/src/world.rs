@@ -44,7 +44,7 @@ pub(crate) struct PyWorld {
     shaping: f64,
     /// Drawn numbers of the hand, by name.
     drawn: Vec<(String, f64)>,
-    /// What was given rather than drawn; of each uncertain number of the hand what was given or drawn; the task's number of objects.
+    /// Numbers that were given rather than drawn; each uncertain number of the hand, given or drawn; the task's number of objects.
     given: Given,
     hand_numbers: Vec<Option<f64>>,
     objects: usize,

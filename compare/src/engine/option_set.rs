@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use parking_lot::Mutex;
 use std::collections::BTreeMap;
 
-/// Options by their names; of one that is named twice the last value counts.
+/// Options by their names; the last value of an option that is named twice counts.
 pub type EngineOptions = &'static [(&'static str, &'static str)];
 
 /// An option, and the values that a search gives it.

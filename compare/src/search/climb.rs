@@ -6,7 +6,7 @@ use crate::engine::option_set::Dimension;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is known of a set of options.
+/// The known results of a set of options.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Score {
     /// Plays that solve the scene, and all that were played.

@@ -178,8 +178,8 @@ impl Search<'_> {
         failed.into_inner().map_or(Ok(()), Err)
     }
 
-    /// The plays of one set: the others only if one of the first solves the scene. Of a case the first is one start, of
-    /// grasps a quarter.
+    /// The plays of one set: the others only if one of the first solves the scene. The first are one start of a case, or
+    /// a quarter of the grasps.
     fn try_one(&self, kind: EngineKind, plays: &Mutex<Plays>) -> Result<Score> {
         let all = self.scene.plays();
         let first = if self.scene.name == GRASPS { all.div_ceil(4) } else { 1 };

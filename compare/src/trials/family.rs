@@ -134,7 +134,7 @@ impl Family {
         Family::CaseCylinder,
         Family::CaseBox,
     ];
-    /// Those whose placements were drawn.
+    /// Families with drawn placements.
     pub const DRAWN: [Family; 6] =
         [Family::Cylinder, Family::Box, Family::Plate, Family::Ball, Family::Cup, Family::Catalogue];
 

@@ -18,7 +18,7 @@ use std::fs;
 use std::path::PathBuf;
 use studies::STUDIES;
 
-/// What to measure, and where to write it.
+/// The measurements to make, and the place of their page.
 #[derive(Args, Clone, Debug)]
 pub struct ValidationOptions {
     /// Steps of 2 ms and few placements: half a minute.

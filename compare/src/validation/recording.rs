@@ -42,7 +42,7 @@ struct Episode {
 /// Motions of the object in a plane under a unit of each motor.
 type Motions = [[f64; 2]; 2];
 
-/// What does not depend on the plane's frame and a common unit: the angle between the motions, degrees, and the second's
+/// Numbers that do not depend on the plane's frame or a common unit: the angle between the motions, degrees, and the second's
 /// length over the first's.
 fn invariants([a, b]: Motions) -> [f64; 2] {
     let cross = a[0] * b[1] - a[1] * b[0];

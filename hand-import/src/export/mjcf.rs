@@ -378,7 +378,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// What the format cannot say; `hand.toml` has it.
+    /// Decisions on what the format cannot express; `hand.toml` has it.
     fn decide(&mut self) {
         let hand = self.hand;
         let mut lost = Vec::new();

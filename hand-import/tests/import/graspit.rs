@@ -244,7 +244,7 @@ fn a_tendon_over_points_is_a_cable_with_a_motor() {
     has(&imported, DecisionKind::Dropped, "dof 1", "a tendon pulls");
     let hand = loaded(&imported);
     assert_eq!((hand.coordinates.len(), hand.motors.len(), hand.tendons.len()), (2, 1, 1));
-    // What is guessed is within the limits of a hand.
+    // The guessed numbers are within the limits of a hand.
     assert!(hand.tendons[0].stiffness <= 1e6);
     let distance = |a: [f64; 3], b: [f64; 3]| (Vec3::from_array(a) - Vec3::from_array(b)).length();
     let turned = |[x, y, z]: [f64; 3], angle: f64| {

@@ -135,8 +135,8 @@ fn examine_text(
     }
 }
 
-/// Reads a hand. What is wrong is kept in the reports where reading can go on; the result is then `None`, or not
-/// to be used.
+/// Reads a hand. Where reading can go on, the reports keep the errors; the result is then `None`, or must not
+/// be used.
 fn build(
     urdf: &str,
     settings: Option<&str>,

@@ -110,7 +110,7 @@ fn a_binary_stl_may_begin_as_a_text() {
     let mut plain = stl.clone();
     plain[..5].fill(0);
     assert_eq!(load(&plain).unwrap(), hash);
-    // Of another size it is neither.
+    // A file of another size is neither.
     stl.truncate(stl.len() - 50);
     assert!(load(&stl).unwrap_err().to_string().contains("not valid STL"));
 }

@@ -9,7 +9,7 @@ use super::geometry::Geometry;
 use super::intrinsics::Intrinsics;
 use palmares_models::{Pose, Rotation, Vec3};
 
-/// A light that shines on a sphere. What is outside its cone has no shadow.
+/// A light that shines on a sphere. A point outside its cone has no shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Where it is, m.

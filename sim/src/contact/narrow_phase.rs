@@ -1,6 +1,6 @@
 //! Narrow phase: contact points of near pairs.
 //!
-//! Of every pair that may have come near (`distance_cache.rs`):
+//! Every pair that may have come near (`distance_cache.rs`) goes through these steps:
 //!
 //! 1. two bodies at rest are left alone;
 //! 2. a known gap is compared with the way of a step (`reach.rs`);

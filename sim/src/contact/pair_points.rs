@@ -90,7 +90,7 @@ fn find_point(
 }
 
 /// Gives points that parry considers new the memory of the nearest old one, if it was at the same position of
-/// a shape. Of points that share a position only one is kept, and rounding decides which features it has the
+/// a shape. Only one of the points that share a position is kept, and rounding decides which features it has the
 /// next time: a grasp would lose its friction with them.
 fn remember(points: &mut [TrackedContact<Anchor>], before: &[TrackedContact<Anchor>], within_squared: f64) {
     for point in points.iter_mut().filter(|point| !point.data.known) {

@@ -19,7 +19,7 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// Of two shapes whose points have at most these speeds, m/s; `within_hand` if both are links.
+    /// The reach of two shapes whose points have at most these speeds, m/s; `within_hand` if both are links.
     #[inline]
     pub(super) fn new(config: &Config, within_hand: bool, speed_a: f64, speed_b: f64) -> Self {
         let approach = config.step_s * (speed_a + speed_b);

@@ -41,7 +41,7 @@ pub struct Band {
     pub opening: Equilibrium,
 }
 
-/// What friction does at an equilibrium.
+/// The effect of friction at an equilibrium.
 #[derive(Clone, Copy, Debug)]
 enum Friction<'a> {
     /// It resists this direction with all it has: 1 for closing, −1 for opening.

@@ -33,7 +33,7 @@ impl Run {
         }
     }
 
-    /// Puts the hand, its motors or the objects elsewhere. The target of the base goes along. What is put where it is, bit for bit,
+    /// Puts the hand, its motors or the objects elsewhere. The target of the base goes along. Putting a thing where it is, bit for bit,
     /// changes nothing.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! A view that shows fingers and objects, and the light of a film.
 //!
-//! The view does not move: hand, objects and goals of tick 0 fill the picture. Of a few directions it has the one that sees most
+//! The view does not move: hand, objects and goals of tick 0 fill the picture. Its direction is the one of a few that shows most
 //! links of the fingers and most objects.
 
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
@@ -31,7 +31,7 @@ const LIGHT_DISTANCE: f64 = 4.0;
 /// The scene that has shadows is so much larger than what is of interest at tick 0.
 const LIGHT_MARGIN: f64 = 1.25;
 
-/// What a film shows, and from where.
+/// The content of a film, and its viewpoint.
 #[derive(Clone, Debug)]
 pub(super) struct Studio {
     /// Points that must be in the picture, each with a distance around it, m.

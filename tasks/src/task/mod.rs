@@ -94,7 +94,7 @@ pub struct Task {
     variation: Option<Arc<Variation>>,
 }
 
-/// What a task with longer steps was with its own.
+/// The step and the hash that a task with longer steps had with its own.
 #[derive(Clone, Debug)]
 pub(crate) struct Finer {
     pub(crate) content_hash: String,
@@ -363,7 +363,7 @@ impl Task {
         inner.chain(self.regions.iter().map(|r| (r.name.as_str(), (r.min, r.max))))
     }
 
-    /// The region of a name. Those that the task's own fields name are there.
+    /// The region of a name. Regions that the task's own fields name are there.
     pub fn region(&self, name: &str) -> Option<([f64; 3], [f64; 3])> {
         self.regions().find(|(known, _)| *known == name).map(|(_, corners)| corners)
     }

@@ -24,7 +24,7 @@ pub struct TrainingOptions {
     pub(super) count: usize,
     /// Length of a step of the integration, s.
     pub(super) step_s: f64,
-    /// What is given rather than drawn.
+    /// Numbers that are given rather than drawn.
     pub(super) given: Given,
     pub(super) actions: ActionErrors,
     /// Number of objects of the task, its step and its tick, s.
@@ -178,12 +178,12 @@ impl TrainingOptions {
         Ok(TrainingOptions { given, ..self })
     }
 
-    /// What is given.
+    /// The given numbers.
     pub fn given(&self) -> &Given {
         &self.given
     }
 
-    /// Of each uncertain number of the hand: the given or drawn one, if it is either.
+    /// The given or drawn value of each uncertain number of the hand, if it has one.
     pub fn hand_numbers(&self, hand: &Hand, seed: Seed) -> Vec<Option<f64>> {
         let mut numbers = self.hand.each(hand, seed);
         for (number, entry) in numbers.iter_mut().zip(&hand.uncertain) {

@@ -8,7 +8,7 @@ use crate::task::{ActionErrors, Finer, Given, HandPoses, ObjectPoses, Ranges, Ta
 use palmares_models::content::ContentHash;
 
 impl Task {
-    /// The task as it is in the run of a seed. What is drawn is a function of seed, attempt and options alone; its content
+    /// The task as it is in the run of a seed. The drawn numbers are a function of seed, attempt and options alone; its content
     /// hash differs from the task's.
     pub(super) fn varied(&self, seed: Seed, attempt: u64, options: &TrainingOptions) -> Task {
         let TrainingOptions { ranges, count, step_s, given, actions, .. } = options;

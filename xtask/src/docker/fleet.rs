@@ -23,7 +23,7 @@ const WITHIN: Duration = Duration::from_secs(90);
 const IMAGE: &str = "palmares";
 const HOSTS: [&str; 3] = ["h1", "h2", "h3"];
 
-/// What passed, failed and was skipped.
+/// Checks that passed, failed and were skipped.
 #[derive(Default)]
 struct Report {
     passed: u32,
@@ -115,7 +115,7 @@ struct Fleet<'a> {
     images: &'a Images,
     port: u16,
     project: String,
-    /// What had the name of the image before.
+    /// The image that had the name before.
     tagged_before: Option<String>,
 }
 

@@ -5,11 +5,11 @@ use toml::{Table, Value};
 
 const FILE: &str = "bench/src/record/pages.toml";
 
-/// What makes pages in one go.
+/// Pages that one command makes.
 pub(super) struct DeclaredPart {
     /// Its name.
     pub name: String,
-    /// What its pages have.
+    /// The content of its pages.
     pub about: String,
     /// Usual time on two idle cores.
     pub hours: f64,

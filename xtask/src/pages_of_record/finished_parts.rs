@@ -1,4 +1,4 @@
-//! What is finished, and with which engine: a file in the target directory.
+//! The finished parts, and the engine of each: a file in the target directory.
 
 use super::declared::DeclaredPart;
 use anyhow::{Context, Result};

@@ -11,7 +11,7 @@ pub struct Settings {
     pub name: &'static str,
     /// Description, with the reason for the values.
     pub about: &'static str,
-    /// Of an option that is named twice the last value counts.
+    /// The last value of an option that is named twice counts.
     pub(super) options: EngineOptions,
 }
 
@@ -225,7 +225,7 @@ const fn stiff2(multiccd: &'static str) -> [(&'static str, &'static str); 8] {
     ]
 }
 
-/// What a search changes, one option at a time: the documented options that contacts, friction and integration have.
+/// A search changes these options, one at a time: the documented ones of contacts, friction and integration.
 pub const SPACE: &[Dimension] = &[
     Dimension("multiccd", &["enable", "disable"]),
     Dimension("nativeccd", &["disable"]),

@@ -114,7 +114,7 @@ pub const STIFF120: Settings = Settings {
     changes: &[],
 };
 
-/// What a search changes, one option at a time.
+/// A search changes these options, one at a time.
 pub const SPACE: &[Dimension] = &[
     Dimension("num_solver_iterations", &["1", "2", "4", "8"]),
     Dimension("num_internal_pgs_iterations", &["1", "4", "16", "32", "64"]),

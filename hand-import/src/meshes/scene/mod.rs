@@ -35,7 +35,7 @@ const MAX_NUMBERS: usize = 50_000_000;
 /// Solids that a file may have to become shapes of a link. With more, its triangles are one mesh.
 const MAX_SOLIDS: usize = 6;
 
-/// What a scene draws.
+/// The triangles and shapes that a scene draws.
 #[derive(Debug, Default)]
 pub(crate) struct Drawn {
     pub(crate) corners: Corners,
@@ -68,11 +68,11 @@ pub(crate) fn read(text: &str, open: Open<'_>) -> Result<Drawn, String> {
     Ok(walk.drawn)
 }
 
-/// What a node hands on to those after it.
+/// The state that a node passes on to the nodes after it.
 #[derive(Clone)]
 struct TraversalState {
     frame: Frame,
-    /// Of the last node with coordinates.
+    /// Points of the last node with coordinates.
     points: Rc<Vec<Vec3>>,
     /// Metres per unit by the last `Units`.
     metres: f64,

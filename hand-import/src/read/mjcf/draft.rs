@@ -95,7 +95,7 @@ impl Mapper<'_> {
             });
         }
         let base = index == self.frames.base();
-        // What is fixed to the world around a hand on it is scenery.
+        // Shapes that are fixed to the world around a hand are scenery.
         let geoms = if index == 0 { &[][..] } else { &body.geoms };
         for geom in geoms.iter().map(|&g| &self.model.geoms[g]) {
             let Some(geometry) = self.geometry(geom, &body.name) else { continue };

@@ -145,7 +145,7 @@ pub(crate) enum Way {
     Site(usize),
     /// A geom that it winds around, and the site on the side where it passes.
     Wrap(usize, Option<usize>),
-    /// What follows counts divided by this.
+    /// The lengths after it are divided by this.
     Pulley(f64),
 }
 

@@ -6,7 +6,7 @@
 use palmares_models::{Pose, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// What a cable winds around, with its radius: an axis along z, or a ball.
+/// The shape that a cable winds around, with its radius: an axis along z, or a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Round {
     Ball(f64),

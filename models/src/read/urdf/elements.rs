@@ -15,7 +15,7 @@ const OF_INERTIAL: [&str; 3] = ["origin", "mass", "inertia"];
 const OF_SHAPE: [&str; 2] = ["origin", "geometry"];
 const OF_JOINT: [&str; 7] = ["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
 
-/// The links and joints of a URDF's text. What cannot be read is kept as an error and left out.
+/// The links and joints of a URDF's text. An element that cannot be read is kept as an error and left out.
 pub(super) fn robot(
     text: &str,
     root: Node<'_, '_>,
