@@ -248,7 +248,7 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let mut report = Report::new(&urdf_file);
     let tree = tree::parse(&text, &options.limits, &mut report)?;
     let tree = tree.filter(|_| report.kept() == 0).ok_or_else(|| report.refusal())?;
-    // Settings name joints that would otherwise be dropped; links must have the numbers of the hand.
+    // A joint that the settings name is not dropped. So the links get the same numbers as in the hand.
     let settings: Settings =
         settings_of(&files, options)?.and_then(|(text, _)| toml::from_str(&text).ok()).unwrap_or_default();
     let root_from_base = start::root_from_base(&settings.base, &tree, &report).unwrap_or(Pose::IDENTITY);
@@ -327,7 +327,8 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     check("motors", &settings.motors, motors.chain(servos).chain(free().filter(stated)), at);
 }
 
-/// Keeps an error for each name in the settings that is checked while the hand is built, for files of which none can be built.
+/// Keeps an error for each unknown name in the settings that building the hand would report. It is for files of which no hand can be
+/// built.
 fn check_further_names(settings: &Settings, tree: &Urdf, at: &Report) {
     let free =
         |name: &str| tree.robot.joints.iter().any(|j| j.name == *name && j.joint_type != JointType::Fixed);

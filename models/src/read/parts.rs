@@ -128,7 +128,7 @@ impl ObjectPart {
                 let shape = Shape::Capsule { radius: *radius, half_length: 0.5 * length };
                 let own = Pose::from_parts((a + b) * 0.5, from_z_to(along / length));
                 let placed = place(at, rpy)?;
-                // Unplaced it keeps its bits.
+                // A capsule without a pose keeps its bits.
                 vec![(if placed == Pose::IDENTITY { own } else { placed * own }, shape)]
             }
             ObjectPart::Wall { sides, bottom, top, height, thickness, at, rpy } => {
@@ -173,12 +173,12 @@ fn wall(sides: usize, bottom: f64, top: f64, height: f64, thickness: f64, at: Po
     let step = core::f64::consts::TAU / sides as f64;
     let lean = libm::atan2(top - bottom, height);
     let slant = libm::sqrt(height * height + (top - bottom) * (top - bottom));
-    // As wide as the outer polygon's side halfway up.
+    // The slab is as wide as the outer polygon's side halfway up.
     let middle = 0.5 * (bottom + top);
     let half_width = middle * libm::tan(0.5 * step);
     let half_extents = [0.5 * thickness, half_width, 0.5 * slant];
     let (s, c) = libm::sincos(lean);
-    // From the middle of the outer face inwards by half the thickness.
+    // Its middle lies behind the middle of the outer face, by half the thickness.
     let slab = Vec3::new(middle - 0.5 * thickness * c, 0.0, 0.5 * height + 0.5 * thickness * s);
     (0..sides)
         .map(|k| {

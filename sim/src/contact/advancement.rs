@@ -36,8 +36,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// SpatialVelocity from one pose to another. If several turns lead there, the one nearest to `about` is taken,
-    /// rad.
+    /// The motion from one pose to another. Several turns may lead there; it takes the one nearest to `about`, rad.
     pub fn between(start: Pose, end: Pose, about: Vec3) -> Self {
         let turn = end.rotation * start.rotation.inverse();
         let turn = if turn.w < 0.0 { -turn } else { turn };
@@ -117,7 +116,7 @@ impl Rate {
         Rate { way: b.sweep.way - a.sweep.way, turns: [turn(a), turn(b)] }
     }
 
-    /// Along a unit direction from A to B, m over the step.
+    /// Rate along a unit direction from A to B, m over the step.
     fn along(&self, normal: Vec3) -> f64 {
         let [a, b] = self.turns.map(|(turn, radius)| normal.cross(turn).length() * radius);
         a + b - self.way.dot(normal)
@@ -130,15 +129,15 @@ impl Rate {
     }
 }
 
-/// Whether the overlap of two shapes that are separated by `separation`, m, along a unit direction of the world from A to B
-/// cannot exceed `most` along it in the step.
+/// Whether the overlap of two shapes cannot exceed `most`, m, in the step along the unit direction `normal` of the
+/// world from A to B. `separation`, m, is theirs along it at the start.
 pub fn stays_separated(a: Moving<'_>, b: Moving<'_>, normal: Vec3, separation: f64, most: f64) -> bool {
     Rate::of(a, b).along(normal) <= separation + most
 }
 
-/// The part of the step after which two shapes whose overlap could exceed `most`, m, stop: where they overlap
-/// by about half of it; 1 if they do not. Shapes that start with a deeper overlap may deepen it by 1/32 of
-/// `most`. The computing is added to `spent`.
+/// The part of the step after which two shapes stop, because their overlap could exceed `most`, m; 1 if it could
+/// not. They stop where they overlap by about half of `most`. Shapes that start with a deeper overlap may deepen
+/// it by 1/32 of `most`. The computing is added to `spent`.
 pub fn free_part(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> f64 {
     let rate = Rate::of(a, b);
     let reach = rate.at_most();

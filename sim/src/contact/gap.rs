@@ -7,8 +7,8 @@ use palmares_models::Pose;
 use parry3d_f64::query::details::distance_support_map_support_map;
 use parry3d_f64::query::{DefaultQueryDispatcher, QueryDispatcher};
 
-/// Gap of the shapes, if it is larger than what is `reachable` in this step. The exact distance is computed
-/// once; until the relative motion could have used it up, nothing needs to be computed.
+/// Gap of the shapes, if it is larger than the gap that is `reachable` in this step. The exact distance is
+/// computed once, and again only when the relative motion could have used it up.
 pub(super) fn still_separated(
     pair: Option<&Pair>,
     (distances, index): (&mut DistanceCache, usize),
@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(distance(&shapes[0], &shapes[1], &Pose::translation(0.026, 0.02, 0.0)), 0.0);
     }
 
-    /// No point of a box moves farther than its origin does and the chord of its turn: neither does the distance change by more.
+    /// A point of a box moves at most by the way of its origin plus the chord of its turn. The distance changes by no more.
     #[test]
     fn the_distance_of_two_boxes_changes_no_faster_than_they_move() {
         let size = Shape::Box { half_extents: [0.009, 0.006, 0.018], rounding: 0.003 };

@@ -109,7 +109,7 @@ pub struct Bodies<'a> {
 }
 
 impl Bodies<'_> {
-    /// SpatialVelocity of a body about a point of the world.
+    /// Spatial velocity of a body about a point of the world.
     #[inline(always)]
     pub fn velocity(&self, owner: Owner, at: Vec3) -> SpatialVelocity {
         match owner {
@@ -202,8 +202,8 @@ impl Contacts {
             [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
         });
         let mut spent = distances.count() as u64;
-        // Near pairs and remembered ones have the same order: the memory of the present pair is, or belongs,
-        // at `place`.
+        // Near pairs and remembered ones have the same order. So the memory of the present pair is at `place`,
+        // or must be inserted there.
         let (mut next, mut place) = (0, 0);
         while let Some(index) = distances.next(next) {
             next = index + 1;
@@ -346,8 +346,8 @@ impl Contacts {
         let first = self.points.len();
         let beyond = reach.beyond(config, fastest);
         for (k, point) in pair.manifold.points.iter_mut().enumerate() {
-            // The nearest points, which have no features, are a contact of their own only where no corner is
-            // as deep.
+            // The nearest points have no features. They are a contact of their own only where no corner is as
+            // deep.
             let twice = point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m;
             if twice || point.dist > beyond {
                 point.data = Anchor::IDLE;
@@ -390,14 +390,14 @@ impl Contacts {
     }
 }
 
-/// Part of the square of the distance at which a patch's point resists spin that is an offset from the
-/// middle; the rest is the arm of its own spin. Points alone would brake the slip of a fast spinning disc a
-/// quarter too little.
+/// A point of a patch resists spin at a distance from the middle. This part of its square is the offset of the
+/// point of friction; the rest is the arm of the point's own spin. The offset alone would brake the slip of a
+/// fast spinning disc a quarter too little.
 const ASIDE: f64 = 0.8;
 
-/// Moves the points of friction of a patch together, about the recent centre of the load; without one, about
-/// that of the depths that the step brings. If the depths were always used, a chattering patch would not come
-/// to rest.
+/// Moves the points of friction of a patch towards the recent centre of the load. A patch without a recent load
+/// has the centre of the depths that the step brings. If the depths were always used, a chattering patch would
+/// not come to rest.
 fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     if points.len() < 2 {
         return;
@@ -423,8 +423,8 @@ fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     }
 }
 
-/// Overlap that counts as touching, m. Bodies first found with a deeper overlap than `Config::overlap_m` were placed so; this
-/// overlap shrinks at `Config::separation_speed`, and is never more than the present one.
+/// Overlap that counts as touching, m. A first overlap deeper than `Config::overlap_m` comes from placing the bodies. It
+/// shrinks at `Config::separation_speed`, and is never more than the present overlap.
 fn overlap_left(config: &Config, before: f64, deepest: f64, first_sight: bool) -> f64 {
     let taken_back = before - config.separation_speed * config.step_s;
     let counts = if first_sight && deepest < -config.overlap_m { -deepest } else { taken_back };

@@ -90,8 +90,8 @@ fn find_point(
 }
 
 /// Gives points that parry considers new the memory of the nearest old one, if it was at the same position of
-/// a shape. Only one of the points that share a position is kept, and rounding decides which features it has the
-/// next time: a grasp would lose its friction with them.
+/// a shape. Only one of the points that share a position is kept, and rounding decides which features it has in
+/// the next step. Without this a grasp would lose its friction.
 fn remember(points: &mut [TrackedContact<Anchor>], before: &[TrackedContact<Anchor>], within_squared: f64) {
     for point in points.iter_mut().filter(|point| !point.data.known) {
         let moved = |old: &TrackedContact<Anchor>| {

@@ -28,7 +28,7 @@ impl Reach {
         Reach { approach, from_rest, margin, reachable: (from_rest + 2.0 * approach).min(margin) }
     }
 
-    /// Gap that no two points can use up whose relative speed is at most `fastest`, m/s.
+    /// Gap that two points with a relative speed of at most `fastest`, m/s, cannot use up.
     #[inline]
     pub(super) fn beyond(&self, config: &Config, fastest: f64) -> f64 {
         1.001 * (self.from_rest + 2.0 * config.step_s * fastest)

@@ -25,8 +25,8 @@ use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
 use parry3d_f64::shape::PackedFeatureId;
 
-/// A kept face still has the nearest points if the overlap of the faces comes as near as the shapes do, up to
-/// this, m.
+/// A kept face still has the nearest points if the gap of the faces is that of the shapes, up to this
+/// difference, m.
 const ON_FACE_M: f64 = 1e-9;
 
 /// The nearest points are a contact of their own if they are nearer than all corners by this, m.
