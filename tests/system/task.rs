@@ -291,13 +291,13 @@ fn a_mesh_with_a_hole_is_reported_decomposed_and_used() {
         );
     }
 
-    let take_apart = |more: &[&str]| palmares(&[&["task", "decompose", text(&mesh)], more].concat());
-    let (code, out) = take_apart(&["--pieces", "100"]);
+    let decompose = |more: &[&str]| palmares(&[&["task", "decompose", text(&mesh)], more].concat());
+    let (code, out) = decompose(&["--pieces", "100"]);
     assert!(code == 1 && out.contains("--pieces 100; valid: 1 to 64"), "{out}");
-    let (code, out) = take_apart(&["--scale", "-1"]);
+    let (code, out) = decompose(&["--scale", "-1"]);
     assert!(code != 0, "{out}");
     assert!(!own.path().join("ring_pieces").exists(), "nothing was written");
-    let (code, out) = take_apart(&["--json", "--pieces", "16", "--resolution", "48"]);
+    let (code, out) = decompose(&["--json", "--pieces", "16", "--resolution", "48"]);
     assert_eq!(code, 0, "{out}");
     let report: Value = serde_json::from_str(&out).expect("JSON");
     let number = |name: &str| report["fit"][name].as_f64().expect("a number");
@@ -323,9 +323,9 @@ fn a_mesh_with_a_hole_is_reported_decomposed_and_used() {
     let (code, out) = palmares(&["task", "decompose", text(&block)]);
     assert!(code == 1 && out.contains("block.stl is there already"), "{out}");
 
-    let (code, out) = take_apart(&[]);
+    let (code, out) = decompose(&[]);
     assert!(code == 1 && out.contains("ring_pieces exists; nothing was written"), "{out}");
-    let (code, out) = take_apart(&["--force", "--pieces", "16", "--resolution", "48"]);
+    let (code, out) = decompose(&["--force", "--pieces", "16", "--resolution", "48"]);
     assert_eq!(code, 0, "{out}");
     assert_eq!((bytes(1), bytes(pieces.len())), (first, last), "the same mesh, the same pieces");
     for expected in [

@@ -63,7 +63,7 @@ struct PlayResult {
     end: State,
 }
 
-/// Steps a scene under commands that depend on time, and monitores it.
+/// Steps a scene under commands that depend on time, and monitors it.
 fn play(
     setup: &Setup,
     recorder: &mut Recorder,
