@@ -164,15 +164,15 @@ fn read_replay(path: &Path) -> Result<Arc<Replay>, Error> {
     Ok(Arc::new(palmares_replay::read(&bytes).map_err(|error| format!("{}: {error}", path.display()))?))
 }
 
-async fn play(options: LoadTestOptions, number: u64, part: SessionRole) -> Result<Course, Error> {
+async fn play(options: LoadTestOptions, number: u64, role: SessionRole) -> Result<Course, Error> {
     let mut course = Course::default();
     let mut client = Client::connect(&options.url).await?;
     client.send(&json!({"op": "hello", "id": 1, "client": format!("load {number}")})).await?;
     client.reply("welcome").await?;
     let sensing = if options.sensors { "sensors" } else { "truth" };
     let reset = json!({
-        "op": "reset", "id": 2, "task": part.task(), "hand": part.hand(), "mode": "realtime", "sensing": sensing,
-        "seed": part.seed(),
+        "op": "reset", "id": 2, "task": role.task(), "hand": role.hand(), "mode": "realtime", "sensing": sensing,
+        "seed": role.seed(),
     });
     client.send(&reset).await?;
     let opened = client.reply("obs").await?;
@@ -193,7 +193,7 @@ async fn play(options: LoadTestOptions, number: u64, part: SessionRole) -> Resul
             course.late_s.push(late_s);
         }
         tick = reply.tick;
-        let Some(action) = part.action(tick) else { break };
+        let Some(action) = role.action(tick) else { break };
         client.send(&json!({"op": "act", "id": 10 + tick, "action": action})).await?;
     }
     course.speed = tick as f64 * 0.01 / start.elapsed().as_secs_f64();
@@ -212,11 +212,11 @@ async fn main() -> Result<(), Error> {
     let replays: Vec<_> = options.replay.iter().map(|path| read_replay(path)).collect::<Result<_, _>>()?;
     let mut sessions = Vec::new();
     for number in 0..options.sessions {
-        let part = match replays.len() {
+        let role = match replays.len() {
             0 => SessionRole::Plough { phase: number as f64 },
             count => SessionRole::Repeat(replays[number as usize % count].clone()),
         };
-        sessions.push(tokio::spawn(play(options.clone(), number, part)));
+        sessions.push(tokio::spawn(play(options.clone(), number, role)));
         // Real teams do not come in the same moment.
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
