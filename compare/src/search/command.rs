@@ -183,9 +183,9 @@ impl Search<'_> {
     fn try_one(&self, kind: EngineKind, plays: &Mutex<Plays>) -> Result<Score> {
         let all = self.scene.plays();
         let first = if self.scene.name == GRASPS { all.div_ceil(4) } else { 1 };
-        let mut plays: Vec<Play> = Vec::new();
+        let mut played: Vec<Play> = Vec::new();
         for number in 0..all {
-            if number == first && plays.iter().all(|play| play.end != End::Solved) {
+            if number == first && played.iter().all(|play| play.end != End::Solved) {
                 break;
             }
             for step_ms in &self.options.steps_ms {
@@ -193,7 +193,7 @@ impl Search<'_> {
                 let (scene, version, step_ms) = (self.scene, self.version, *step_ms);
                 let wanted = Wanted { scene, number, kind, version, step_ms, limit_s };
                 let known = plays.lock().get(&wanted);
-                plays.push(match known {
+                played.push(match known {
                     Some(play) => play,
                     None => {
                         let play = wanted.play()?;
@@ -203,6 +203,6 @@ impl Search<'_> {
                 });
             }
         }
-        Ok(Score::of(&plays))
+        Ok(Score::of(&played))
     }
 }
