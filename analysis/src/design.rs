@@ -36,7 +36,7 @@ pub struct Variable {
     pub upper: f64,
 }
 
-/// What a design is for. Weights multiply the differences.
+/// The aim of a design. Weights multiply the differences.
 #[derive(Clone, Debug)]
 pub enum Goal {
     /// Coordinates of the free hand at several σ; NaN for those that do not matter.

@@ -13,7 +13,7 @@ use palmares_sim::model::ModelError;
 use palmares_sim::{BaseCommand, Command, Config, Model, Owner, State, World};
 use std::sync::Arc;
 
-/// What became of an object.
+/// The end of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// The hand touches it from the start, deeper than 1 mm.
@@ -47,7 +47,7 @@ pub struct Trial {
     pub loads: Vec<Vec3>,
 }
 
-/// What happened at a place.
+/// The outcome at a place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// The end.

@@ -16,7 +16,7 @@ use palmares_sim::statics::drives::wound_lengths;
 pub enum Tendons {
     /// Each with its stiffness K.
     Compliant,
-    /// Of constant length.
+    /// Its length is constant.
     Fixed,
 }
 

@@ -138,28 +138,28 @@ impl Hull {
         if !self.sees(point, &self.facets[first]) {
             return Ok(false);
         }
-        let mut seen = vec![first];
-        let mut is_seen: HashMap<usize, ()> = HashMap::from([(first, ())]);
+        let mut visible = vec![first];
+        let mut is_visible: HashMap<usize, ()> = HashMap::from([(first, ())]);
         // Each piece of the horizon: its points, the facet beyond.
         let mut horizon: Vec<(Vec<usize>, usize)> = Vec::new();
         let mut next = 0;
-        while let Some(&at) = seen.get(next) {
+        while let Some(&at) = visible.get(next) {
             next += 1;
             for k in 0..self.facets[at].points.len() {
                 let neighbour = self.facets[at].neighbours[k];
-                if is_seen.contains_key(&neighbour) {
+                if is_visible.contains_key(&neighbour) {
                     continue;
                 }
                 if self.sees(point, &self.facets[neighbour]) {
-                    is_seen.insert(neighbour, ());
-                    seen.push(neighbour);
+                    is_visible.insert(neighbour, ());
+                    visible.push(neighbour);
                 }
             }
         }
-        for &at in &seen {
+        for &at in &visible {
             let facet = &self.facets[at];
             for k in 0..facet.points.len() {
-                if !is_seen.contains_key(&facet.neighbours[k]) {
+                if !is_visible.contains_key(&facet.neighbours[k]) {
                     let ridge = facet.points.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p);
                     horizon.push((ridge.collect(), facet.neighbours[k]));
                 }
@@ -197,7 +197,7 @@ impl Hull {
         }
         for (index, beyond) in added {
             let across = self.facets[beyond].neighbours.iter().enumerate().find(|(k, neighbour)| {
-                is_seen.contains_key(neighbour) && {
+                is_visible.contains_key(neighbour) && {
                     let facet = &self.facets[beyond];
                     let new = &self.facets[index];
                     facet.points.iter().enumerate().all(|(i, p)| i == *k || new.points.contains(p))
@@ -207,7 +207,7 @@ impl Hull {
                 self.facets[beyond].neighbours[across] = index;
             }
         }
-        for at in seen {
+        for at in visible {
             self.facets[at].gone = true;
             self.free.push(at);
         }

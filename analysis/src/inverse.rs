@@ -21,7 +21,7 @@ pub struct LinkPoint {
     pub point: Vec3,
 }
 
-/// What moves to bring the points to their places.
+/// The parts that move to bring the points to their places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
     /// Every joint within its range: what fingers reach that are moved from outside.
@@ -35,7 +35,7 @@ pub enum Along {
 pub struct Inverse {
     /// The points.
     pub points: Vec<LinkPoint>,
-    /// What moves beside the base.
+    /// The parts that move beside the base.
     pub along: Along,
     /// Whether the base moves.
     pub base_moves: bool,

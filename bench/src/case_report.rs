@@ -20,7 +20,7 @@ pub struct CaseReport {
     pub us_per_step: Times,
     /// The case's own figure.
     pub error: Figure,
-    /// What the case measured on a hand, where it repeats a published measurement.
+    /// The measurements of the case on a hand, if it repeats a published one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub measured: Vec<Measured>,
     /// Checks of the run; null where the case has none.

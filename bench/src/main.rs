@@ -149,12 +149,13 @@ fn robust_placements(every_step: bool) -> Result<()> {
     let grid = placements::grid();
     let mut good = 0;
     for placement in &grid {
-        let seen = placements::outcomes(*placement, !every_step)?;
-        let all = seen.len() == placements::STEPS_S.len() && seen.iter().all(|kept| *kept == [true; 2]);
+        let outcomes = placements::outcomes(*placement, !every_step)?;
+        let all =
+            outcomes.len() == placements::STEPS_S.len() && outcomes.iter().all(|kept| *kept == [true; 2]);
         good += usize::from(all);
         let marks: Vec<String> = placements::STEPS_S
             .iter()
-            .zip(&seen)
+            .zip(&outcomes)
             .map(|(dt, [cylinder, cuboid])| {
                 let mark = |kept: bool| if kept { '+' } else { '-' };
                 format!("{} ms {}{}", dt * 1e3, mark(*cylinder), mark(*cuboid))

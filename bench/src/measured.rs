@@ -6,7 +6,7 @@ use std::fmt;
 /// One quantity over several placements, beside its published value.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Measured {
-    /// What was measured.
+    /// The measured quantity.
     pub quantity: String,
     /// Its unit.
     pub unit: String,
@@ -30,7 +30,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of some values; none of no value.
+    /// The spread of some values; none of no value.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
         let values: Vec<f64> = values.into_iter().collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lost_object_counts_apart_from_the_mean() {
+    fn a_lost_object_does_not_count_in_the_mean() {
         let measured = Measured {
             quantity: "force".into(),
             unit: "N".into(),

@@ -24,7 +24,7 @@ pub struct Recorder {
     iterations: u64,
     iterations_max: usize,
     longest_s: Option<f64>,
-    /// What the case measured on a hand.
+    /// The measurements of the case on a hand.
     pub measured: Vec<Measured>,
 }
 

@@ -10,7 +10,7 @@ const LOG_PERIOD: Duration = Duration::from_secs(10);
 pub(crate) struct Progress {
     shown: bool,
     total: usize,
-    /// What is counted, such as `replays`.
+    /// The counted things, such as `replays`.
     counted: &'static str,
     terminal: bool,
     /// Whether the terminal has a line that is to be replaced.

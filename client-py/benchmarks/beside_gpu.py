@@ -50,7 +50,7 @@ NOTES = (
     "A control tick is 10 ms. Ours is ten steps of 1 ms in double precision, with the referee and the "
     "observation of every world; MuJoCo's is its steps alone, in double precision on the cores and in single "
     "precision on the GPU. A step of 2 ms is twice ours. The SoftHand opens and closes as in the tables "
-    "above; whether the settings hold an object is told in the [report](README.md)."
+    "above; the [report](README.md) says whether the settings hold an object."
 )
 
 

@@ -117,7 +117,7 @@ def _pan() -> str:
 
 @dataclass(frozen=True)
 class Lift:
-    """What came of a grip in a scene."""
+    """The result of a grip in a scene."""
 
     hand: str
     kind: str
@@ -151,7 +151,7 @@ def lift(
     target, yaw_rad = target_in(client, mover, kind, grip)
     height_m = truth_of(mover.obs).positions[target.index, 2]
     reach_m = 0.0
-    # What is held for two seconds in a long lift is shaken, and the run is then over.
+    # A long lift shakes an object that was held for two seconds, and the run is then over.
     with contextlib.suppress(RunOverError):
         pick(mover, grip, target, yaw_rad)
         mover.wait(1.0)

@@ -59,10 +59,10 @@ def answer_s(call: str, wait_s: float) -> float:
         time.sleep(wait_s)
         sent_s = time.monotonic()
         child.send_signal(signal.SIGINT)
-        told = child.stdout.readline()
-        if not told:
+        line = child.stdout.readline()
+        if not line:
             raise RuntimeError(f"{call}: ended before it was interrupted")
-        return float(told) - sent_s
+        return float(line) - sent_s
 
 
 def main() -> int:

@@ -34,14 +34,14 @@ EXAMPLES = {
     "shelf": ("shelf_softhand", "shelf_sensors", "shelf_reflex"),
 }
 SCENES = {"grasp": range(1, 9), "peg": range(1, 3), "balls": range(1, 3), "shelf": range(1, 3)}
-# Of these runs copies are made, in scene 1.
+# These runs are copied, in scene 1.
 COPIED = ("grasp_softhand", "peg_softhand", "balls_reflex", "shelf_reflex")
 # Pairs from here are listed: `LISTED_SHARE` of server/store/src/similar_runs.rs.
 LISTED = 55
 
 
 class Command(NamedTuple):
-    """What a controller wanted of a tick."""
+    """The action of a controller in a tick."""
 
     base: palmares.Base | None
     hand: list[float] | None

@@ -76,8 +76,8 @@ def played(name: str, step_ms: float, wanted: range | list[int], file: Path, unt
         runs[seed] = run
         with file.open("a") as out:
             print(json.dumps(asdict(run)), file=out)
-        told = run.error or f"{run.score:g}"
-        print(f"{name}: {step_ms:g} ms, seed {seed}: {told}, {run.wall_s:.1f} s", file=sys.stderr)
+        result = run.error or f"{run.score:g}"
+        print(f"{name}: {step_ms:g} ms, seed {seed}: {result}, {run.wall_s:.1f} s", file=sys.stderr)
     return [runs[seed] for seed in wanted if seed in runs]
 
 
@@ -103,9 +103,9 @@ def outside(table: list[str]) -> str:
             means += 1
             if not low <= float(cell.partition(" ")[0]) <= high:
                 moved.append(f"{name} at {step:g} ms")
-    told = f": {', '.join(moved)}" if moved else ""
+    tail = f": {', '.join(moved)}" if moved else ""
     return (
-        f"Of {means} means with longer steps, {len(moved) or 'none'} are outside the interval of 1 ms{told}; "
+        f"Of {means} means with longer steps, {len(moved) or 'none'} are outside the interval of 1 ms{tail}; "
         "so few scenes\ndo not show smaller differences."
     )
 

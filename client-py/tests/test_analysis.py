@@ -133,7 +133,7 @@ def test_design_reaches_a_trajectory() -> None:
     assert slopes.shape == (len(values), 2)
 
 
-def test_ejection_tells_near_from_far() -> None:
+def test_ejection_depends_on_the_distance() -> None:
     found = Hand("pinch").ejection(
         "sphere", [0.01], [(0, 0, 0.5)], sigma=0.5, close_s=0.2, hold_s=0.02, loads=[]
     )

@@ -253,7 +253,7 @@ def test_a_list_of_hands_is_refused_with_the_remedy() -> None:
     assert sim.Batch("grasp", "softhand", 1).count == 1
 
 
-def test_a_second_thread_is_told_so() -> None:
+def test_a_second_thread_gets_an_error() -> None:
     batch = sim.Batch("grasp", "softhand", 4, threads=1)
     batch.reset(range(4))
     first = threading.Thread(target=lambda: batch.step(np.zeros((4, 7)), 500))

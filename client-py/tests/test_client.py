@@ -229,7 +229,7 @@ def test_a_lost_server_is_given_up(server: FakeServer, monkeypatch: pytest.Monke
             client.time()
 
 
-def test_a_lost_connection_is_told_at_once_and_once(
+def test_a_lost_connection_is_logged_at_once_and_once(
     server: FakeServer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(link_module, "RESUME_DELAYS_S", (0.0, 0.05))
@@ -239,10 +239,10 @@ def test_a_lost_connection_is_told_at_once_and_once(
         server.server.shutdown()
         with pytest.raises(palmares.ConnectionLostError):
             client.time()
-    told = [record for record in caplog.records if "connection lost" in record.message]
-    assert len(told) == 1
-    assert "trying again for 0.5 s: no server at" in told[0].message
-    assert told[0].created < caplog.records[-1].created + 0.5
+    logged = [record for record in caplog.records if "connection lost" in record.message]
+    assert len(logged) == 1
+    assert "trying again for 0.5 s: no server at" in logged[0].message
+    assert logged[0].created < caplog.records[-1].created + 0.5
 
 
 def test_a_closed_client_stays_closed(server: FakeServer) -> None:
@@ -250,7 +250,7 @@ def test_a_closed_client_stays_closed(server: FakeServer) -> None:
         client = palmares.Client(url)
         client.reset("balls", "softhand", seed=1)
         client.close()
-        asked = [request["op"] for request in server.requests]
+        operations = [request["op"] for request in server.requests]
         for call in (
             lambda client=client: client.step(hand=[0.5]),
             lambda client=client: client.act(hand=[0.5]),
@@ -261,7 +261,7 @@ def test_a_closed_client_stays_closed(server: FakeServer) -> None:
         ):
             with pytest.raises(palmares.WrongStateError, match="the client is closed; make another one"):
                 call()
-        assert [request["op"] for request in server.requests] == asked
+        assert [request["op"] for request in server.requests] == operations
         client.close()
 
 

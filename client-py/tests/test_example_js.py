@@ -21,13 +21,13 @@ def has_websocket() -> bool:
     """Return whether Node is installed and supports WebSocket, with the flag or without."""
     if NODE is None:
         return False
-    asked = [
+    command = [
         NODE,
         "--experimental-websocket",
         "--eval",
         "process.exit(typeof WebSocket === 'function' ? 0 : 1)",
     ]
-    return subprocess.run(asked, capture_output=True, check=False).returncode == 0
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 needs_node = pytest.mark.skipif(

@@ -57,7 +57,7 @@ def failure(step: Callable[[int], Any]) -> palmares.WorldFaultError:
     pytest.fail("this world was computed")
 
 
-def told(error: palmares.WorldFaultError, result: Result, before: int) -> None:
+def check_fault(error: palmares.WorldFaultError, result: Result, before: int) -> None:
     """Check error and result of a world that failed in the tick after `before`."""
     assert error.code == "internal"
     assert isinstance(error, palmares.InternalError)
@@ -86,7 +86,7 @@ def test_a_world_reports_the_cause_of_its_failure(billion: str) -> None:
         world.step(hand=[sigma, sigma])
 
     error = failure(step)
-    told(error, world.result(), ticks[0])
+    check_fault(error, world.result(), ticks[0])
     again = pickle.loads(pickle.dumps(error))
     assert (type(again), again.fault, str(again)) == (type(error), error.fault, str(error))
     with pytest.raises(palmares.WrongStateError, match="over"):
@@ -156,7 +156,7 @@ def test_a_local_client_reports_the_cause(billion: str) -> None:
         error = failure(lambda sigma: client.step(hand=[sigma, sigma]))
         before = client.tick
         assert before is not None
-        told(error, client.stop(), before)
+        check_fault(error, client.stop(), before)
         assert client.reset("grasp", "pinch", seed=1).tick == 0
 
 
@@ -170,7 +170,7 @@ def test_a_server_reports_the_cause_in_lockstep_and_in_real_time(billion: str, t
         error = failure(lambda sigma: client.step(hand=[sigma, sigma]))
         before = client.tick
         assert before is not None
-        told(error, client.stop(), before)
+        check_fault(error, client.stop(), before)
         client.reset("grasp", "billion", seed=1, mode="realtime")
         for obs in client.observations():
             if not obs.done:

@@ -101,15 +101,15 @@ def test_a_client_of_foxglove_sees_a_run(tmp_path: Path) -> None:
             assert channels["/scene"]["encoding"] == channels["/tf"]["encoding"] == "protobuf"
             topics = subscribe(app, channels)
             # The scene was there before this client; the others follow the world.
-            seen: dict[str, bytes] = {}
+            last: dict[str, bytes] = {}
             last_ns = 0
             telemetry: dict[str, Any] = {}
-            while "/scene" not in seen or telemetry.get("tick", 0) < observation.tick or not observation.tick:
+            while "/scene" not in last or telemetry.get("tick", 0) < observation.tick or not observation.tick:
                 if not observation.tick:
                     observation = client.step(hand=[0.4], repeat=20)
                 subscription, time_ns, payload = next_data(app)
                 topic = topics[subscription]
-                seen[topic] = payload
+                last[topic] = payload
                 if topic == "/telemetry":
                     telemetry = json.loads(payload)
                     assert time_ns >= last_ns
@@ -117,12 +117,12 @@ def test_a_client_of_foxglove_sees_a_run(tmp_path: Path) -> None:
         assert telemetry["tick"] == 20
         assert telemetry["command"] == pytest.approx([0.4], abs=1e-6)
         assert telemetry["position"] == pytest.approx([observation.hand.actuators[0].position], abs=1e-3)
-        frames = decoded(channels["/tf"], seen["/tf"])["transforms"]
+        frames = decoded(channels["/tf"], last["/tf"])["transforms"]
         base = next(frame for frame in frames if frame["childFrameId"] == "hand/base")
         assert base["parentFrameId"] == "world"
         place = [base["translation"].get(axis, 0.0) for axis in "xyz"]
         assert place == pytest.approx(list(observation.hand.base.xyz), abs=1e-4)
-        scene = decoded(channels["/scene"], seen["/scene"])
+        scene = decoded(channels["/scene"], last["/scene"])
         ids = {entity["id"] for entity in scene["entities"]}
         assert {"hand/base"} | scene_names <= ids
         shapes = {kind for entity in scene["entities"] for kind in entity if kind.endswith(("s", "es"))}
@@ -208,7 +208,7 @@ def test_the_server_answers_as_that_of_the_sdk() -> None:
         b"\x01\x02",
     )
 
-    def asked(address: str) -> tuple[Any, Any, list[Any]]:
+    def replies_of(address: str) -> tuple[Any, Any, list[Any]]:
         with connect(address, subprotocols=[SUBPROTOCOL], proxy=None) as app:
             info = json.loads(app.recv(timeout=30))
             found = advertised(app, topics)
@@ -227,9 +227,9 @@ def test_the_server_answers_as_that_of_the_sdk() -> None:
             return {key: info[key] for key in ("op", "name", "capabilities")}, found, answers
 
     try:
-        reference = asked(f"ws://127.0.0.1:{sdk.port}")
+        reference = replies_of(f"ws://127.0.0.1:{sdk.port}")
         with bridge(NOWHERE) as address:
-            assert asked(address) == reference
+            assert replies_of(address) == reference
         assert len(channels) == len(reference[1])
     finally:
         sdk.stop()

@@ -28,8 +28,8 @@ def test_an_episode() -> None:
         assert env.observation.tick == info["tick"] == 5
         env.reset(seed=5)  # Closes the first run.
         env.close()
-    asked = [(request["op"], request.get("seed")) for request in server.requests]
-    runs = [ask for ask in asked if ask[0] in ("reset", "stop")]
+    sent = [(request["op"], request.get("seed")) for request in server.requests]
+    runs = [ask for ask in sent if ask[0] in ("reset", "stop")]
     assert runs == [("reset", 4), ("stop", None), ("reset", 5)]
 
 

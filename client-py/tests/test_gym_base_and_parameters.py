@@ -66,13 +66,13 @@ def test_joints_of_an_arm_are_the_target_of_environments_and_of_a_world() -> Non
     action = np.append(2.0 * (wanted - low) / (high - low) - 1.0, 0.0)
     one.reset(seed=5)
     many.reset(seed=5)
-    seen = one.step(action)[0]
+    observations = one.step(action)[0]
     found = many.step(np.tile(action, (2, 1)))[0]
-    np.testing.assert_array_equal(found["arm"][0], seen["arm"])
+    np.testing.assert_array_equal(found["arm"][0], observations["arm"])
     world = sim.World(TASK, "softhand", 5)
     world.step(base=palmares.joints(wanted), hand=0.5, repeat=10)
     np.testing.assert_allclose(
-        seen["arm"], [world.observe().arm.position, world.observe().arm.velocity], atol=1e-9
+        observations["arm"], [world.observe().arm.position, world.observe().arm.velocity], atol=1e-9
     )
 
 

@@ -30,12 +30,12 @@ def test_the_checker_of_gymnasium_accepts_every_form(options: dict[str, Any]) ->
     envs = gymnasium.make_vec(NAME, num_envs=2, **options)
     assert envs.single_observation_space == env.observation_space
     assert envs.unwrapped.layout == env.unwrapped.layout  # type: ignore[attr-defined]
-    seen = envs.reset(seed=4)[0]
-    assert envs.observation_space.contains(seen)
+    found = envs.reset(seed=4)[0]
+    assert envs.observation_space.contains(found)
     alone = env.reset(seed=5)[0]
     for name, values in alone.items():
         if not name.startswith("depth_"):
-            np.testing.assert_array_equal(seen[name][1], values)
+            np.testing.assert_array_equal(found[name][1], values)
 
 
 def test_a_policy_has_the_sensors_and_a_critic_everything() -> None:
@@ -46,14 +46,14 @@ def test_a_policy_has_the_sensors_and_a_critic_everything() -> None:
     for there in (envs, sensors, truth):
         there.reset(seed=3)
     actions = np.full((2, 7), 0.1)
-    seen, infos = envs.step(actions)[::4]
+    found, infos = envs.step(actions)[::4]
     for group, fields in (("policy", sensors.step(actions)[0]), ("critic", truth.step(actions)[0])):
         assert set(envs.layout[group]) == set(fields)
-        assert seen[group].dtype == np.float32
+        assert found[group].dtype == np.float32
         for name, columns in envs.layout[group].items():
             expected = fields[name].reshape(2, -1).astype(np.float32)
-            np.testing.assert_array_equal(seen[group][:, columns], expected)
-    drawn = seen["critic"][:, envs.layout["critic"]["hand_drawn"]]
+            np.testing.assert_array_equal(found[group][:, columns], expected)
+    drawn = found["critic"][:, envs.layout["critic"]["hand_drawn"]]
     np.testing.assert_array_equal(drawn, infos["hand_drawn"].astype(np.float32))
     assert "hand_drawn" not in envs.layout["policy"]
     with pytest.raises(ValueError, match="wanted sensing='truth' for the critic"):
@@ -66,21 +66,21 @@ def test_a_goal_is_drawn_by_the_scene_and_rewards_its_neighbourhood() -> None:
     goal = Goal(low=(-0.1, -0.1, 0.1), high=(0.1, 0.1, 0.3), tolerance_m=0.02)
     env = FlatEnv("grasp", "softhand", observations="goal", goal=goal, sensing="sensors")
     envs = BatchEnv("grasp", "softhand", 2, observations="goal", goal=goal, sensing="sensors")
-    seen, alone = envs.reset(seed=8)[0], env.reset(seed=9)[0]
-    assert set(seen) == {"observation", "achieved_goal", "desired_goal"}
+    found, alone = envs.reset(seed=8)[0], env.reset(seed=9)[0]
+    assert set(found) == {"observation", "achieved_goal", "desired_goal"}
     assert "objects" not in env.layout["observation"]
     offset = alone["desired_goal"] - alone["achieved_goal"]
     assert (np.abs(offset - [0.0, 0.0, 0.2]) <= 0.1001).all()
-    assert np.linalg.norm(seen["desired_goal"][0] - seen["desired_goal"][1]) > 0.01
+    assert np.linalg.norm(found["desired_goal"][0] - found["desired_goal"][1]) > 0.01
     assert isinstance(env.observation_space, spaces.Dict)
     for _ in range(2):
-        seen, rewards, _, _, infos = envs.step(np.zeros((2, 7)))
+        found, rewards, _, _, infos = envs.step(np.zeros((2, 7)))
         alone, reward, terminated, truncated, info = env.step(np.zeros(7))
-        np.testing.assert_array_equal(seen["desired_goal"][1], alone["desired_goal"])
+        np.testing.assert_array_equal(found["desired_goal"][1], alone["desired_goal"])
         assert reward == rewards[1] == -1.0
         assert not terminated | truncated | info["is_success"] | infos["is_success"][1]
     # Learners compute the rewards of other goals.
-    there = seen["achieved_goal"]
+    there = found["achieved_goal"]
     relabelled = there + np.array([0.0, 0.019, 0.021])[:, None, None] * [0.0, 0.0, 1.0]
     for of in (env, envs):
         found = of.compute_reward(np.broadcast_to(there, (3, 2, 3)), relabelled, {})
@@ -103,10 +103,10 @@ def test_a_reached_goal_is_a_success_and_no_end() -> None:
     assert (info["is_success"], info["score"]) == (True, 0.0)
     envs = BatchEnv("balls", "softhand", 2, observations="goal", shaping="info",
                     goal=Goal((0.7, 0.0, 0.05), (0.7, 0.0, 0.05), "world", object=3))  # fmt: skip
-    seen = envs.reset(seed=1)[0]
-    np.testing.assert_allclose(seen["desired_goal"], [[0.7, 0.0, 0.05]] * 2, rtol=1e-6)
-    objects = seen["observation"][:, envs.layout["observation"]["objects"]].reshape(2, 10, 13)
-    np.testing.assert_array_equal(seen["achieved_goal"], objects[:, 3, :3])
+    found = envs.reset(seed=1)[0]
+    np.testing.assert_allclose(found["desired_goal"], [[0.7, 0.0, 0.05]] * 2, rtol=1e-6)
+    objects = found["observation"][:, envs.layout["observation"]["objects"]].reshape(2, 10, 13)
+    np.testing.assert_array_equal(found["achieved_goal"], objects[:, 3, :3])
     _, rewards, _, _, infos = envs.step(np.zeros((2, 7)))
     assert rewards.tolist() == [-1.0, -1.0]
     assert infos["_shaping"].all()

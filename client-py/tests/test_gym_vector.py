@@ -169,13 +169,13 @@ def test_images_are_fields_of_observations() -> None:
     options: dict[str, Any] = {"cameras": ["table", "top.rgb"]}
     many, one = gymnasium.make_vec(NAME, num_envs=2, **options), gymnasium.make(NAME, **options)
     assert many.single_observation_space == one.observation_space
-    seen, alone = many.reset(seed=1)[0], one.reset(seed=2)[0]
+    found, alone = many.reset(seed=1)[0], one.reset(seed=2)[0]
     for _ in range(2):
-        assert many.observation_space.contains(seen)
+        assert many.observation_space.contains(found)
         assert one.observation_space.contains(alone)
-        assert (seen["rgb_top"][1] == alone["rgb_top"]).all()
-        assert (seen["depth_table"][1] == alone["depth_table"]).all()
-        seen, alone = many.step(np.tile(REST, (2, 1)))[0], one.step(REST)[0]
+        assert (found["rgb_top"][1] == alone["rgb_top"]).all()
+        assert (found["depth_table"][1] == alone["depth_table"]).all()
+        found, alone = many.step(np.tile(REST, (2, 1)))[0], one.step(REST)[0]
     with pytest.raises(ValueError, match=r"cameras: found 'table.heat'; wanted some of top, top.rgb"):
         gymnasium.make_vec(NAME, num_envs=2, cameras=["table.heat"])
     with pytest.raises(ValueError, match="wanted noise='none'"):

@@ -45,16 +45,16 @@ def flat(env: Any) -> Any:
 )
 def test_single_environments(wrap: Callable[[Any], Any], shape: tuple[int, ...] | None) -> None:
     env = wrap(gymnasium.make(NAME, shaping=True, max_episode_steps=2))
-    seen, _ = env.reset(seed=1)
-    assert seen in env.observation_space
+    observations, _ = env.reset(seed=1)
+    assert observations in env.observation_space
     for k in range(2):
-        seen, *_, truncated, info = env.step(env.action_space.sample())
+        observations, *_, truncated, info = env.step(env.action_space.sample())
         assert truncated is (k == 1)
-    assert seen in env.observation_space
+    assert observations in env.observation_space
     if shape is None:
         assert info["episode"]["l"] == 2
     else:
-        assert seen.shape == shape
+        assert observations.shape == shape
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
@@ -64,12 +64,12 @@ def test_vector_environments(mode: str) -> None:
     envs = vector.ClipReward(vector.RescaleAction(envs, -2.0, 2.0), -1.0, 1.0)
     if mode == "NextStep":  # These wrappers of gymnasium take no other mode.
         envs = vector.NormalizeReward(vector.NormalizeObservation(vector.FlattenObservation(envs)))
-    seen, _ = envs.reset(seed=1)
-    assert mode != "NextStep" or seen.shape == (3, SIZE)
+    observations, _ = envs.reset(seed=1)
+    assert mode != "NextStep" or observations.shape == (3, SIZE)
     lengths = []
     for _ in range(6):
-        seen, *_, infos = envs.step(envs.action_space.sample())
-        assert seen in envs.observation_space
+        observations, *_, infos = envs.step(envs.action_space.sample())
+        assert observations in envs.observation_space
         if "episode" in infos:
             lengths.append(infos["episode"]["l"].tolist())
     assert lengths == [[2, 2, 2]] * (2 if mode == "NextStep" else 3)

@@ -225,7 +225,7 @@ def test_a_critic_sees_the_hand_and_a_policy_of_sensors_does_not() -> None:
     env.close()
 
 
-def test_a_hand_that_cannot_be_drawn_is_told() -> None:
+def test_a_hand_that_cannot_be_drawn_is_refused() -> None:
     for name, hand, message in (
         ("hand", "pinch", r"randomise: hand `pinch` has nothing in \[uncertain\] of its hand.toml"),
         ("hand_slip", "softhand", r"found \"slip\"; hand `softhand` has in \[uncertain\]: damping, "),

@@ -246,11 +246,11 @@ def test_the_observation_of_an_interrupted_step_can_be_had(where: str) -> None:
         wanted.reset("balls", "softhand", seed=1)
         while not at_line(60, lambda: client.step(hand=[0.7], repeat=5)):
             pytest.fail("the step has fewer lines")
-        missed, seen = client.latest(), wanted.step(hand=[0.7], repeat=5)
-        assert (missed.tick, missed.hand.actuators, missed.score) == (5, seen.hand.actuators, seen.score)
+        missed, obs = client.latest(), wanted.step(hand=[0.7], repeat=5)
+        assert (missed.tick, missed.hand.actuators, missed.score) == (5, obs.hand.actuators, obs.score)
         assert missed.truth is not None
-        assert seen.truth is not None
-        assert np.array_equal(missed.truth.positions, seen.truth.positions)
+        assert obs.truth is not None
+        assert np.array_equal(missed.truth.positions, obs.truth.positions)
         assert client.latest() is missed
 
 
@@ -296,11 +296,11 @@ def test_a_forked_child_gets_an_error_and_leaves_the_parents_run_alone(url: str)
 
 
 def test_a_second_thread_gets_an_error(fake: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    reply, asked, go_on = fake._reply, threading.Event(), threading.Event()
+    reply, received, go_on = fake._reply, threading.Event(), threading.Event()
 
     def slow(request: dict[str, Any]) -> dict[str, Any]:
         if request["op"] == "step" and request["tick"] == 0:
-            asked.set()
+            received.set()
             assert go_on.wait(10.0)
         return reply(request)
 
@@ -310,7 +310,7 @@ def test_a_second_thread_gets_an_error(fake: FakeServer, monkeypatch: pytest.Mon
         found: list[palmares.Observation] = []
         thread = threading.Thread(target=lambda: found.append(client.step(hand=[0.3], repeat=7)))
         thread.start()
-        assert asked.wait(10.0)
+        assert received.wait(10.0)
         for call in (lambda: client.step(hand=[0.9]), client.stop, client.time):
             with pytest.raises(InUseError, match="one thread at a time"):
                 call()

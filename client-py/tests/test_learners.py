@@ -115,13 +115,13 @@ def test_decisions_use_only_the_sensors() -> None:
     assert "objects" not in decisions.batch.fields
     rewards = []
     for _ in range(2):
-        seen, over = decisions.reset(), False
-        assert seen.shape == (2, train_lift_sb3.OBSERVATIONS)
+        observations, over = decisions.reset(), False
+        assert observations.shape == (2, train_lift_sb3.OBSERVATIONS)
         gained = np.zeros(2)
         while not over:
-            seen, reward, over = decisions.step(np.zeros((2, train_lift_sb3.ACTIONS)))
+            observations, reward, over = decisions.step(np.zeros((2, train_lift_sb3.ACTIONS)))
             gained += reward
-            assert np.isfinite(seen).all()
+            assert np.isfinite(observations).all()
         rewards.append(gained)
         assert decisions.finished[-1] == pytest.approx(gained.mean())
     assert np.array_equal(rewards[0], rewards[1])

@@ -44,9 +44,9 @@ def test_a_world_takes_the_path_of_a_task(folder: Path) -> None:
 
 def test_a_batch_takes_it_too(folder: Path) -> None:
     batch = Batch(str(folder), "pinch", 2, threads=1)
-    seen = batch.reset([1, 2])
-    assert seen["objects"].shape == (2, 2, 13)
-    assert not np.array_equal(seen["objects"][0], seen["objects"][1])
+    found = batch.reset([1, 2])
+    assert found["objects"].shape == (2, 2, 13)
+    assert not np.array_equal(found["objects"][0], found["objects"][1])
 
 
 def test_environments_take_it_too(folder: Path) -> None:
@@ -57,9 +57,9 @@ def test_environments_take_it_too(folder: Path) -> None:
         palmares.gym.FlatEnv(str(folder), "pinch"),
         palmares.gym.PalmaresEnv("local", task=str(folder), hand="pinch", objects=2),
     ):
-        seen, _ = env.reset(seed=3)
+        found, _ = env.reset(seed=3)
         assert env.observation_space == many.single_observation_space
-        assert np.array_equal(seen["objects"], observations["objects"][0])
+        assert np.array_equal(found["objects"], observations["objects"][0])
     with pytest.raises(ValueError, match=r"\"no-such/\" is neither a task of the program .* nor a folder"):
         gymnasium.make("palmares/Balls-Pinch-v1", task="no-such/")
 
@@ -75,8 +75,8 @@ def test_the_folder_of_a_task_plays_on_a_server_and_locally(folder: Path, tmp_pa
     )
     with RealServer(tmp_path / "data", "--task", str(folder)) as server:
         env = gymnasium.make("palmares/Balls-Pinch-v1", task=str(folder), url=server.url)
-        seen, _ = env.reset(seed=2)
-        assert seen["objects"].shape == (2, 13)
+        found, _ = env.reset(seed=2)
+        assert found["objects"].shape == (2, 13)
         env.close()
         there = evaluate(str(controller), seeds=[2], url=server.url, pool=processes(1)).rows[0]
         here = evaluate(str(controller), seeds=[2], pool=processes(1)).rows[0]

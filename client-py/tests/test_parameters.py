@@ -15,7 +15,7 @@ from palmares.sim import Batch, Snapshot, World
 UP = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.5])
 
 
-def test_given_numbers_are_in_the_runs_and_are_told() -> None:
+def test_given_numbers_are_in_the_runs_and_can_be_read() -> None:
     batch = Batch("grasp", "softhand", 3)
     mass = np.array([0.5, 1.0, 2.0])
     batch.reset([1, 1, 1], parameters={"mass": mass, "hand_friction": [0.8, 0.9, 1.0]})
@@ -24,11 +24,11 @@ def test_given_numbers_are_in_the_runs_and_are_told() -> None:
     np.testing.assert_allclose(
         batch.observe()["object_mass"][:, 0], own.observe()["object_mass"][0, 0] * mass, rtol=1e-15
     )
-    told = batch.parameters
-    np.testing.assert_array_equal(told["mass"][:, 0], mass)
-    np.testing.assert_array_equal(told["hand_friction"], [0.8, 0.9, 1.0])
-    assert told["friction"].tolist() == [[1.0], [1.0], [1.0]]
-    assert told["sensor_noise"].tolist() == [1.0, 1.0, 1.0]
+    parameters = batch.parameters
+    np.testing.assert_array_equal(parameters["mass"][:, 0], mass)
+    np.testing.assert_array_equal(parameters["hand_friction"], [0.8, 0.9, 1.0])
+    assert parameters["friction"].tolist() == [[1.0], [1.0], [1.0]]
+    assert parameters["sensor_noise"].tolist() == [1.0, 1.0, 1.0]
 
 
 def test_a_run_with_given_numbers_is_that_of_the_world_and_its_snapshot_carries_them() -> None:
@@ -63,7 +63,7 @@ def test_a_run_with_given_numbers_is_that_of_the_world_and_its_snapshot_carries_
         ({"size": [1.0, np.nan]}, "wanted finite numbers"),
     ],
 )
-def test_what_cannot_be_given_is_told(parameters: dict[str, list[float]], message: str) -> None:
+def test_numbers_that_cannot_be_given_are_refused(parameters: dict[str, list[float]], message: str) -> None:
     batch = Batch("grasp", "softhand", 2)
     batch.reset([1, 2])
     before = batch.state_hashes()
@@ -100,8 +100,8 @@ def test_longer_steps_try_out_what_the_exact_run_does_next() -> None:
     exact.step(down, 30)
     plans.step(np.repeat(down, 2, axis=0), 30)
     for name in ("base", "objects", "motors"):
-        seen = exact.observe()[name]
-        assert np.abs(plans.observe()[name] - seen).max() < 5e-3
+        expected = exact.observe()[name]
+        assert np.abs(plans.observe()[name] - expected).max() < 5e-3
     with pytest.raises(ValueError, match="another task"):
         exact.restore(0, plans.snapshot(0))
 

@@ -77,8 +77,8 @@ def test_a_batch_draws_the_same_bits_as_its_worlds(
 
 def test_other_libraries_take_the_arrays_without_a_copy(batch: Batch) -> None:
     depth = batch.pictures("table", SIZE)["depth"]
-    seen = np.from_dlpack(depth)
-    assert np.shares_memory(seen, depth)
+    shared = np.from_dlpack(depth)
+    assert np.shares_memory(shared, depth)
     # jax takes no other addresses without a copy.
     for name, values in (batch.observe() | {"depth": depth}).items():
         assert values.ctypes.data % 64 == 0, name

@@ -109,12 +109,12 @@ def test_a_run_that_ended_while_the_connection_was_broken(server: FakeServer) ->
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand", mode="realtime")
         observations = client.observations()
-        seen = next(observations).tick
+        tick = next(observations).tick
         server.closed_meanwhile = True
         client._link.abort()
         *_, last = observations
         assert last.done
-        assert last.tick >= seen
+        assert last.tick >= tick
         assert client.stop().reason == "stopped"
 
 

@@ -79,14 +79,14 @@ def test_a_client_that_stops_reading_misses_observations_and_nothing_else(url: s
 def test_a_pulled_cable_in_real_time(url: str) -> None:
     with palmares.Client(url) as client:
         run_id = client.reset("balls", "softhand", mode="realtime").run_id
-        seen = next(client.observations()).tick
+        tick = next(client.observations()).tick
         for _ in range(2):
             client._link.abort()
             obs = next(client.observations())
             # The world continued meanwhile.
             assert obs.run_id == run_id
-            assert obs.tick > seen
-            seen = obs.tick
+            assert obs.tick > tick
+            tick = obs.tick
         assert client.stop().run_id == run_id
 
 

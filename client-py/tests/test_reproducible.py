@@ -23,7 +23,7 @@ DECIDING = (
     *("skills", "examples", "gym", "sim", "analysis", "evaluate", "rotation.py", "cameras.py", "scene.py"),
     *("targets.py", "clipping.py"),
 )
-"""What decides a run, or is printed on a page"""
+"""Code that decides a run, or is printed on a page"""
 LEFT_OUT = {
     "_grasp_runs.py": "worlds of the learners, thousands at once",
     "_training.py": "PyTorch",

@@ -1,4 +1,4 @@
-"""What a prompt or a notebook shows of every public type: never more than a few lines."""
+"""The output of a prompt or a notebook for every public type: never more than a few lines."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "world": world,
         "snapshot": world.snapshot(),
         "state": world.state(),
-        "seen": world.observe(),
+        "observation": world.observe(),
         "recording": sim.Recording(folder / "run.mcap"),
         "batch": batch,
         "stepped": batch.step(np.zeros((2, batch.action_len))),

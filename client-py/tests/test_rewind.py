@@ -135,9 +135,9 @@ def test_a_real_time_controller_gets_resumed(server: FakeServer, slow: bool) -> 
         # The heartbeat reads the observations meanwhile.
         while slow and not client._session.stream.over:
             time.sleep(0.02)
-        seen = list(client.observations())
-    resumed = [obs.tick for obs in seen if obs.resumed]
-    kinds = [event.kind for obs in seen for event in obs.events]
+        received = list(client.observations())
+    resumed = [obs.tick for obs in received if obs.resumed]
+    kinds = [event.kind for obs in received for event in obs.events]
     if slow:
         assert (resumed, kinds) == ([20], ["early", "twice", "late"])
     else:

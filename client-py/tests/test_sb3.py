@@ -86,9 +86,9 @@ def test_it_steps_as_the_environment_under_it(tmp_path: Path) -> None:
     total = np.zeros(2)
     for k in range(4):
         actions = np.full((2, 8), -0.1)
-        seen, rewards, dones, infos = env.step(actions)
+        found, rewards, dones, infos = env.step(actions)
         expected = plain.step(actions)
-        np.testing.assert_array_equal(seen["base"], expected[0]["base"].astype(np.float32))
+        np.testing.assert_array_equal(found["base"], expected[0]["base"].astype(np.float32))
         np.testing.assert_array_equal(rewards, expected[1].astype(np.float32))
         assert list(dones) == [k == 2] * 2
         total += expected[1]

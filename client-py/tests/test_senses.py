@@ -34,12 +34,12 @@ def test_a_depth_picture_shows_the_balls_where_they_are(url: str) -> None:
         assert image.rgb.shape == (240, 320, 3)
         points = image.points()
         assert obs.truth is not None
-        seen = 0
+        count = 0
         for body, state in zip(client.scene.free, obs.truth.objects, strict=True):
             shown = image.bodies == body.id
             if np.count_nonzero(shown) < 50:
                 continue
-            seen += 1
+            count += 1
             radius = body.parts[0].shape.radius
             assert radius is not None
             # The points are on the sphere, to half a step of depth.
@@ -49,19 +49,19 @@ def test_a_depth_picture_shows_the_balls_where_they_are(url: str) -> None:
             u, v = image.pixel(state.position)
             rows, columns = np.nonzero(shown)
             assert np.hypot(columns + 0.5 - u, rows + 0.5 - v).max() < 1.1 * image.fx * radius / 0.9
-        assert seen >= 5
+        assert count >= 5
 
 
 @pytest.mark.parametrize("noise", ["none", "real"])
 def test_both_encodings_bring_the_same_pictures(url: str, noise: Literal["none", "real"]) -> None:
-    seen: list[palmares.CameraImage] = []
+    images: list[palmares.CameraImage] = []
     for encoding in ("msgpack", "json"):
         with palmares.Client(url, encoding=cast(Any, encoding)) as client:
             client.reset("shelf", "reflex", seed=2, sensing="sensors", noise=noise)
             obs = client.step(repeat=20, cameras=["shelf", "shelf.rgb", "wrist"])
             assert set(obs.cameras) == {"shelf", "wrist"}
-            seen.append(obs.cameras["shelf"])
-    first, second = seen
+            images.append(obs.cameras["shelf"])
+    first, second = images
     np.testing.assert_array_equal(first.depth, second.depth)
     np.testing.assert_array_equal(first.rgb, second.rgb)
     assert first.tick == second.tick

@@ -140,15 +140,15 @@ def test_a_randomised_run_is_a_function_of_seed_and_options() -> None:
         return batch.state_hashes(), observations
 
     everything = Training(randomise=True, fraction=0.5)
-    hashes, seen = opened(1, [4, 5, 6], everything)
+    hashes, fields = opened(1, [4, 5, 6], everything)
     again, _ = opened(2, [6, 5, 4], everything)
     assert hashes == again[::-1]
     assert len(set(hashes)) == 3
-    assert (seen["object_mass"][:, :5] > 0.1).all()
-    assert (seen["object_mass"][:, 5:] == 0.0).all()
-    assert (seen["object_kind"][:, 5:] == -1.0).all()
-    assert not seen["objects"][:, 5:].any()
-    assert len(np.unique(seen["object_mass"][:, :5])) == 15
+    assert (fields["object_mass"][:, :5] > 0.1).all()
+    assert (fields["object_mass"][:, 5:] == 0.0).all()
+    assert (fields["object_kind"][:, 5:] == -1.0).all()
+    assert not fields["objects"][:, 5:].any()
+    assert len(np.unique(fields["object_mass"][:, :5])) == 15
     named, _ = opened(1, [4, 5, 6], Training(randomise=QUANTITIES, fraction=0.5))
     assert named == hashes
     plain, _ = opened(1, [4, 5, 6], Training())

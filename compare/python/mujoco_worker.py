@@ -89,7 +89,7 @@ def replay(model, start, log, longest_ns):
 
 
 def contacts(model, data):
-    """Of every touching contact: shapes, place, normal, force in the world's axes, gap."""
+    """Every touching contact: shapes, place, normal, force in the world's axes, gap."""
     rows = []
     wrench = np.zeros(6)
     for k in range(data.ncon):
@@ -148,7 +148,7 @@ def main():
             answer(replay(model, start, log, longest * 1e9))
 
 
-# A diverging run is told by the count of warnings; thousands of lines about it help nobody.
+# The count of warnings shows a diverging run; thousands of lines about it help nobody.
 mujoco.set_mju_user_warning(lambda message: None)
 OVERHEAD_NS = overhead_ns()
 main()

@@ -16,7 +16,7 @@ use std::time::Instant;
 
 /// Repeats and output of the measurement.
 #[derive(Args, Debug)]
-pub struct Options {
+pub struct CameraOptions {
     /// Write the table to this file as well.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -40,20 +40,20 @@ fn median_ms(repeats: usize, mut work: impl FnMut()) -> f64 {
 
 /// Over the pixels where both see something: the median difference of the depths, m, and the part of the
 /// pixels with more than 5 mm.
-fn apart(picture: &GBuffer, depth: &[f32]) -> (f64, f64) {
+fn depth_difference(picture: &GBuffer, depth: &[f32]) -> (f64, f64) {
     let pairs = picture.depth.iter().zip(depth).filter(|(z, _)| z.is_finite());
-    let mut apart: Vec<f64> = pairs.map(|(z, other)| (z - f64::from(*other)).abs()).collect();
-    apart.sort_by(f64::total_cmp);
-    let far = apart.iter().filter(|apart| **apart > 5e-3).count();
-    let count = apart.len().max(1);
-    (apart.get(count / 2).copied().unwrap_or_default(), far as f64 / count as f64)
+    let mut differences: Vec<f64> = pairs.map(|(z, other)| (z - f64::from(*other)).abs()).collect();
+    differences.sort_by(f64::total_cmp);
+    let far = differences.iter().filter(|difference| **difference > 5e-3).count();
+    let count = differences.len().max(1);
+    (differences.get(count / 2).copied().unwrap_or_default(), far as f64 / count as f64)
 }
 
 /// Measures and prints.
 ///
 /// # Errors
 /// A scene cannot be built, or the file cannot be written.
-pub fn run(options: &Options) -> Result<()> {
+pub fn run(options: &CameraOptions) -> Result<()> {
     let mut table = String::from(
         "| scene, camera | pixels | depth and bodies, ms | depth and colours, ms | stereo errors, ms more \
          | MuJoCo: depth, ms | and bodies, ms | depth and colours, ms | depths apart: median, beyond 5 mm |\n\
@@ -92,7 +92,7 @@ pub fn run(options: &Options) -> Result<()> {
             });
             let theirs = match peer::draw(&scene, &lens, options.repeats) {
                 Ok(theirs) => {
-                    let (median, far) = apart(&picture, &theirs.depth);
+                    let (median, far) = depth_difference(&picture, &theirs.depth);
                     version.get_or_insert(theirs.version);
                     let [depth, bodies, rgb] = [
                         theirs.depth_ms,
@@ -128,7 +128,7 @@ pub fn run(options: &Options) -> Result<()> {
         let record = Record::now("cameras")?.line();
         let text = format!(
             "# What pictures take\n\n{record}\n\n`palmares-compare cameras`: median of {} on one thread, with the SoftHand at its start \
-             (19 of its links are seen as bodies of their own). {peer}\n\n{table}",
+             (19 of its links are drawn as bodies of their own). {peer}\n\n{table}",
             options.repeats
         );
         std::fs::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;

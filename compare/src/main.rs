@@ -18,14 +18,14 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Count the grasps that engines keep, over drawn objects and placements and several steps.
-    Grasps(grasps::command::Options),
+    Grasps(grasps::command::GraspOptions),
     /// Time the pictures of cameras, by pixels and objects.
-    Cameras(cameras::Options),
+    Cameras(cameras::CameraOptions),
     /// Write a task's scene as a file for MuJoCo, with its commands.
-    Mjcf(mjcf::Options),
+    Mjcf(mjcf::MjcfOptions),
     /// Search the documented options of the peers for sets that solve a scene, and write docs/report/search. Goes on where
     /// it was stopped.
-    Search(search::command::Options),
+    Search(search::command::SearchOptions),
     /// Run one case on an engine and print its report.
     Case(Case),
     /// Compare the engines over scenes and steps, and write a report with tables, plots and JSON.
@@ -38,10 +38,10 @@ enum Command {
         #[arg(long)]
         outcomes_only: bool,
         #[command(flatten)]
-        options: report::Options,
+        options: report::ComparisonOptions,
     },
     /// Repeat published measurements on real hands, and write a page about them.
-    Validate(validation::Options),
+    Validate(validation::ValidationOptions),
     /// Judge the runs of a report's JSON again, and write its page and pictures anew, without running anything.
     Page {
         /// The file.

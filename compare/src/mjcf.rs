@@ -16,7 +16,7 @@ const PERIODS: usize = 2;
 
 /// Scene and output.
 #[derive(Args, Debug)]
-pub struct Options {
+pub struct MjcfOptions {
     /// Name of a task.
     #[arg(long, default_value = "balls")]
     task: String,
@@ -44,7 +44,7 @@ pub struct Options {
 ///
 /// # Errors
 /// There is no such scene, MuJoCo does not take it, or a file cannot be written.
-pub fn run(options: &Options) -> Result<()> {
+pub fn run(options: &MjcfOptions) -> Result<()> {
     let task = Task::builtin().into_iter().find(|task| task.name == options.task).context("no such task")?;
     let hand = Hand::builtin(&options.hand).context("no such hand")?;
     let EngineKind::MuJoCo(settings) = EngineKind::from_names("mujoco", Some(&options.settings))? else {

@@ -27,18 +27,18 @@ impl Played {
 /// The reason why a run that ended does not solve the scene, if there is one: numbers that are not finite,
 /// steps that failed, a lost object, a broken bound, bodies sunk into each other, or an error beyond any use.
 /// The difference from the engine's own fine run is no reason.
-pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
+pub fn trouble(error: &Figure, invariants: &Invariants) -> Option<String> {
     if error.value.is_some_and(|x| !x.is_finite()) {
         return Some("not finite".into());
     }
-    if let Some(bad) = seen.newton_unconverged.filter(|n| *n > 0) {
+    if let Some(bad) = invariants.newton_unconverged.filter(|n| *n > 0) {
         return Some(format!("{bad} steps failed"));
     }
-    if seen.held == Some(false) {
+    if invariants.held == Some(false) {
         return Some("object lost".into());
     }
     if let (Some(part), Some(bound)) =
-        (seen.overlap_of_bound.filter(|part| *part > 1.0), seen.overlap_bound_mm)
+        (invariants.overlap_of_bound.filter(|part| *part > 1.0), invariants.overlap_bound_mm)
     {
         return Some(format!("overlap {:.1} mm > {bound:.1} mm", part * bound));
     }

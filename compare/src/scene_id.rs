@@ -21,17 +21,17 @@ const MOST_STEPS: u64 = 20_000;
 const DIGITS: usize = 16;
 
 thread_local! {
-    static SEEN: RefCell<ContentHash> = RefCell::new(ContentHash::default());
+    static HASH: RefCell<ContentHash> = RefCell::new(ContentHash::default());
     static HAND: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Identity of a case, and whether it has a hand.
 pub fn of_case(case: &Case) -> (String, bool) {
-    SEEN.set(ContentHash::of(case.name));
+    HASH.set(ContentHash::of(case.name));
     HAND.set(false);
     // A case may end with an error, since nothing moves; so it does each time.
     let _ = (case.run)(&Setup::new(&Watcher, STEP_S), &mut Recorder::default());
-    (digits(SEEN.take()), HAND.get())
+    (digits(HASH.take()), HAND.get())
 }
 
 /// Identity of a drawn grasp.
@@ -63,7 +63,7 @@ fn begin(hash: &mut ContentHash, model: &Model, state: &State) {
     let config = model.config();
     hash.floats(&[config.contact_stiffness, config.step_s]);
     hash.text(&format!("{:?}", config.base));
-    // Of the hand that which is not in the document, and which an adapter reads.
+    // An adapter reads these numbers of the hand, and the document does not have them.
     if let Some(hand) = model.hand() {
         hash.list(&hand.motors, |hash, motor| hash.floats(&[motor.scaling, motor.offset, motor.speed_limit]));
         hash.list(&hand.tendons, |hash, tendon| {
@@ -100,7 +100,7 @@ impl EngineFactory for Watcher {
     }
 
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
-        SEEN.with_borrow_mut(|hash| begin(hash, &model, &state));
+        HASH.with_borrow_mut(|hash| begin(hash, &model, &state));
         HAND.set(HAND.get() || model.hand().is_some());
         Ok(Box::new(Watched { model, state, said: String::new() }))
     }
@@ -118,7 +118,7 @@ impl Engine for Watched {
         }
         let said = format!("{command:?}");
         if said != self.said {
-            SEEN.with_borrow_mut(|hash| hash.text(&said));
+            HASH.with_borrow_mut(|hash| hash.text(&said));
             self.said = said;
         }
         Ok(Cost::default())

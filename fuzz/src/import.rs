@@ -2,9 +2,9 @@
 
 use crate::hand;
 use crate::parts::{self, Seeds};
-use palmares_hand_import::decision::Kind;
+use palmares_hand_import::decision::DecisionKind;
 use palmares_hand_import::source::Source;
-use palmares_hand_import::{Options, import_source};
+use palmares_hand_import::{ImportOptions, import_source};
 use palmares_models::read::{Files, LoadOptions, from_files};
 use std::path::{Path, PathBuf};
 
@@ -16,8 +16,8 @@ pub(crate) fn run(data: &[u8]) -> bool {
     let files = parts::split(data);
     let entries = files.iter().map(|(name, content)| (PathBuf::from(name), content.to_vec())).collect();
     let Ok(source) = Source::memory(Path::new("source"), entries) else { return false };
-    let Ok(imported) = import_source(&source, &Options::default()) else { return false };
-    if imported.decisions.iter().any(|decision| decision.kind == Kind::Problem) {
+    let Ok(imported) = import_source(&source, &ImportOptions::default()) else { return false };
+    if imported.decisions.iter().any(|decision| decision.kind == DecisionKind::Problem) {
         return false;
     }
     let files = Files::Archive { file: PathBuf::new(), folder: PathBuf::new(), entries: imported.files };

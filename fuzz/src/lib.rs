@@ -21,7 +21,7 @@ use parts::Seeds;
 
 /// A reader of bytes from outside.
 #[derive(Clone, Copy)]
-pub struct Target {
+pub struct FuzzTarget {
     /// Its name, also of its corpus.
     pub name: &'static str,
     /// Reads the bytes; whether they are valid. It panics if it finds a fault.
@@ -33,15 +33,15 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 10] = [
-    Target { name: "control", run: control::run, seeds: control::seeds, tries: 20_000 },
-    Target { name: "watch", run: watch::run, seeds: watch::seeds, tries: 20_000 },
-    Target { name: "hand", run: hand::run, seeds: hand::seeds, tries: 300 },
-    Target { name: "import", run: import::run, seeds: import::seeds, tries: 300 },
-    Target { name: "mesh", run: mesh::run, seeds: mesh::seeds, tries: 300 },
-    Target { name: "upload", run: upload::run, seeds: upload::seeds, tries: 300 },
-    Target { name: "task", run: task::run, seeds: task::seeds, tries: 300 },
-    Target { name: "competition", run: competition::run, seeds: competition::seeds, tries: 3_000 },
-    Target { name: "replay", run: replay::run, seeds: replay::seeds, tries: 1_000 },
-    Target { name: "backup", run: backup::run, seeds: backup::seeds, tries: 500 },
+pub const TARGETS: [FuzzTarget; 10] = [
+    FuzzTarget { name: "control", run: control::run, seeds: control::seeds, tries: 20_000 },
+    FuzzTarget { name: "watch", run: watch::run, seeds: watch::seeds, tries: 20_000 },
+    FuzzTarget { name: "hand", run: hand::run, seeds: hand::seeds, tries: 300 },
+    FuzzTarget { name: "import", run: import::run, seeds: import::seeds, tries: 300 },
+    FuzzTarget { name: "mesh", run: mesh::run, seeds: mesh::seeds, tries: 300 },
+    FuzzTarget { name: "upload", run: upload::run, seeds: upload::seeds, tries: 300 },
+    FuzzTarget { name: "task", run: task::run, seeds: task::seeds, tries: 300 },
+    FuzzTarget { name: "competition", run: competition::run, seeds: competition::seeds, tries: 3_000 },
+    FuzzTarget { name: "replay", run: replay::run, seeds: replay::seeds, tries: 1_000 },
+    FuzzTarget { name: "backup", run: backup::run, seeds: backup::seeds, tries: 500 },
 ];

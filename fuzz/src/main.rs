@@ -4,10 +4,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use palmares_fuzz::{TARGETS, Target};
+use palmares_fuzz::{FuzzTarget, TARGETS};
 use std::sync::OnceLock;
 
-static TARGET: OnceLock<Target> = OnceLock::new();
+static TARGET: OnceLock<FuzzTarget> = OnceLock::new();
 
 fn prepare() {
     let name = std::env::var("PALMARES_FUZZ_TARGET").unwrap_or_default();

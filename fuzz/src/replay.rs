@@ -83,12 +83,12 @@ fn check(bytes: &[u8]) -> bool {
 pub(crate) fn seeds() -> Seeds {
     let Recorded { bytes, signer } = recorded();
     let messages = Rc::new(RefCell::new(Vec::new()));
-    let seen = messages.clone();
-    let see = move |topic: &str, text: &str| {
-        seen.borrow_mut().push((topic.to_owned(), text.to_owned()));
+    let kept = messages.clone();
+    let keep = move |topic: &str, text: &str| {
+        kept.borrow_mut().push((topic.to_owned(), text.to_owned()));
         text.to_owned()
     };
-    rewritten(bytes, &see, true, signer);
+    rewritten(bytes, &keep, true, signer);
     let messages = messages.take();
     let messages: Vec<(&str, &[u8])> =
         messages.iter().map(|(topic, text)| (topic.as_str(), text.as_bytes())).collect();

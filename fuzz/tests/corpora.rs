@@ -1,7 +1,7 @@
 //! Every target on its kept corpus, and on changed inputs, the same ones in every run.
 
 use palmares_fuzz::mutate::{Source, changed};
-use palmares_fuzz::{TARGETS, Target};
+use palmares_fuzz::{FuzzTarget, TARGETS};
 use std::fs;
 use std::panic::{catch_unwind, set_hook, take_hook};
 use std::path::Path;
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 static PANICS: AtomicU32 = AtomicU32::new(0);
 
 /// The kept inputs of a target, by name.
-fn corpus(target: &Target) -> Vec<(String, Vec<u8>)> {
+fn corpus(target: &FuzzTarget) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target.name);
     let entries =
         fs::read_dir(folder).expect("every target has a corpus").map(|entry| entry.expect("an entry"));
@@ -24,7 +24,7 @@ fn corpus(target: &Target) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Runs a target; whether the input is valid. An input that makes it fail is kept for the one who mends it.
-fn run(target: &Target, name: &str, input: &[u8]) -> bool {
+fn run(target: &FuzzTarget, name: &str, input: &[u8]) -> bool {
     let before = PANICS.load(Ordering::SeqCst);
     let result = catch_unwind(|| (target.run)(input));
     if let Ok(valid) = result

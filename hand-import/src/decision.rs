@@ -8,7 +8,7 @@ use serde::Serialize;
 /// Kind of a decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum DecisionKind {
     /// The source states it, in other words or units.
     Taken,
     /// The source does not state it; the hand needs it.
@@ -19,14 +19,14 @@ pub enum Kind {
     Problem,
 }
 
-impl Kind {
+impl DecisionKind {
     /// Its word in comments.
     pub fn word(self) -> &'static str {
         match self {
-            Kind::Taken => "taken",
-            Kind::Guessed => "guessed",
-            Kind::Dropped => "dropped",
-            Kind::Problem => "problem",
+            DecisionKind::Taken => "taken",
+            DecisionKind::Guessed => "guessed",
+            DecisionKind::Dropped => "dropped",
+            DecisionKind::Problem => "problem",
         }
     }
 }
@@ -54,7 +54,7 @@ pub struct Decision {
     /// The element: `joint 'thumb_abd'`.
     pub element: String,
     /// Taken, guessed, dropped or a problem.
-    pub kind: Kind,
+    pub kind: DecisionKind,
     /// One sentence.
     pub text: String,
     /// Place of its comment.
@@ -85,26 +85,26 @@ impl Log {
 
     /// The source states it.
     pub fn taken(&mut self, at: At, element: impl Into<String>, text: impl Into<String>) {
-        self.add(Kind::Taken, at, element.into(), text.into());
+        self.add(DecisionKind::Taken, at, element.into(), text.into());
     }
 
     /// The source does not state it.
     pub fn guessed(&mut self, at: At, element: impl Into<String>, text: impl Into<String>) {
-        self.add(Kind::Guessed, at, element.into(), text.into());
+        self.add(DecisionKind::Guessed, at, element.into(), text.into());
     }
 
     /// A hand has no place for it.
     pub fn dropped(&mut self, at: At, element: impl Into<String>, text: impl Into<String>) {
-        self.add(Kind::Dropped, at, element.into(), text.into());
+        self.add(DecisionKind::Dropped, at, element.into(), text.into());
     }
 
     /// It needs a repair.
     pub fn problem(&mut self, at: At, element: impl Into<String>, text: impl Into<String>) {
-        self.add(Kind::Problem, at, element.into(), text.into());
+        self.add(DecisionKind::Problem, at, element.into(), text.into());
     }
 
-    fn add(&mut self, kind: Kind, at: At, element: String, text: String) {
-        // What differs most is compared first: a hostile file has many decisions.
+    fn add(&mut self, kind: DecisionKind, at: At, element: String, text: String) {
+        // The texts differ most, so they are compared first: a hostile file has many decisions.
         let again = |other: &Decision| {
             other.text == text && other.element == element && other.kind == kind && other.at == at
         };
@@ -114,7 +114,7 @@ impl Log {
     }
 
     /// The decisions of this kind.
-    pub fn of(&self, kind: Kind) -> impl Iterator<Item = &Decision> {
+    pub fn of(&self, kind: DecisionKind) -> impl Iterator<Item = &Decision> {
         self.decisions.iter().filter(move |decision| decision.kind == kind)
     }
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use palmares_models::hand::{CoordinateSettings, SpringNumbers, StatedTendon};
 use palmares_models::{Mat3, Pose, Rotation, Vec3, rotation};
 
-/// What a description states about one hand.
+/// The statements of a description about one hand.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Draft {
     /// Name of the robot.
@@ -64,9 +64,9 @@ pub struct Link {
     /// `None` if the source states none.
     pub inertial: Option<Inertial>,
     /// Shapes that touch.
-    pub collisions: Vec<Part>,
+    pub collisions: Vec<LinkShape>,
     /// Shapes for pictures.
-    pub visuals: Vec<Part>,
+    pub visuals: Vec<LinkShape>,
     /// Coulomb coefficient between two surfaces of this kind.
     pub friction: Option<f64>,
 }
@@ -84,7 +84,7 @@ pub struct Inertial {
 
 /// A shape at its place on a link.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct LinkShape {
     /// In the link's frame.
     pub origin: Origin,
     /// The shape.
@@ -112,7 +112,7 @@ pub enum Geometry {
     Capsule {
         /// m
         radius: f64,
-        /// Of the cylinder between the balls, m.
+        /// Length of the cylinder between the balls, m.
         length: f64,
     },
     /// Half axes, m. It is written as a mesh.
@@ -272,7 +272,7 @@ pub enum TendonPath {
     Table(Vec<[f64; 2]>),
 }
 
-/// What an actuator drives.
+/// The part that an actuator drives.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drive {
     /// A joint, by its name.
@@ -281,7 +281,7 @@ pub enum Drive {
     Tendon(String),
 }
 
-/// What an actuator's command sets.
+/// The quantity that an actuator's command sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
     /// A position.
@@ -297,11 +297,11 @@ pub enum Control {
 pub struct Actuator {
     /// Unique.
     pub name: String,
-    /// What it drives.
+    /// The part that it drives.
     pub drive: Drive,
     /// Motor turns per unit of the joint or tendon: the reduction.
     pub gear: f64,
-    /// What its command sets; `None` if the source does not say it.
+    /// The quantity that its command sets; `None` if the source does not state it.
     pub control: Option<Control>,
     /// Force per error of position.
     pub gain: Option<f64>,
@@ -360,12 +360,12 @@ impl Draft {
     /// Whether a joint only moves links without shapes.
     pub fn moves_nothing(&self, joint: &Joint) -> bool {
         let mut open = vec![joint.child.as_str()];
-        let mut seen = BTreeSet::new();
+        let mut visited = BTreeSet::new();
         while let Some(link) = open.pop() {
             if self.links.iter().any(|other| other.name == link && !other.collisions.is_empty()) {
                 return false;
             }
-            if seen.insert(link) {
+            if visited.insert(link) {
                 let below = self.joints.iter().filter(|other| other.parent == link);
                 open.extend(below.map(|other| other.child.as_str()));
             }

@@ -37,7 +37,7 @@ impl Format {
     }
 }
 
-/// What a file contains.
+/// The content of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Content {
     /// A robot.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use palmares_models::error::LoadWarning;
 
-use crate::decision::{Decision, Kind};
+use crate::decision::{Decision, DecisionKind};
 use crate::error::ImportError;
 use crate::format::Format;
 
@@ -29,7 +29,7 @@ pub struct Imported {
 impl Imported {
     /// The problems among the decisions.
     pub fn problems(&self) -> impl Iterator<Item = &Decision> {
-        self.decisions.iter().filter(|decision| decision.kind == Kind::Problem)
+        self.decisions.iter().filter(|decision| decision.kind == DecisionKind::Problem)
     }
 
     /// Writes the files into a folder, which must not exist unless `force` is set.

@@ -37,7 +37,7 @@ use crate::format::Format;
 use crate::source::Source;
 
 pub use crate::imported::Imported;
-pub use crate::options::Options;
+pub use crate::options::ImportOptions;
 
 /// Links and joints of a robot; more than those of a hand, as some are left out.
 const MAX_LINKS: usize = 1024;
@@ -56,8 +56,8 @@ pub fn mesh_triangles(path: &Path) -> Result<Vec<[palmares_models::Vec3; 3]>, Im
 /// Imports the hand in a folder, an archive or a file.
 ///
 /// # Errors
-/// The source gives no hand at all. Smaller faults are decisions of kind [`decision::Kind::Problem`].
-pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
+/// The source gives no hand at all. Smaller faults are decisions of kind [`decision::DecisionKind::Problem`].
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
     import_source(&Source::open(path)?, options)
 }
 
@@ -65,7 +65,7 @@ pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
 ///
 /// # Errors
 /// As [`import`].
-pub fn import_source(source: &Source, options: &Options) -> Result<Imported, ImportError> {
+pub fn import_source(source: &Source, options: &ImportOptions) -> Result<Imported, ImportError> {
     let (file, format) = source.description(options.robot.as_deref())?;
     let (mut draft, mut log) = read::read(source, &file, format, options)?;
     if let Some(name) = &options.name {
@@ -89,7 +89,7 @@ pub fn import_source(source: &Source, options: &Options) -> Result<Imported, Imp
         return Err(ImportError::unreadable(source.display(&file), problem));
     }
     let mut hand = complete::complete(draft, source, options, &mut log);
-    // The loader is the judge of what was written. What it finds goes into the comments as well.
+    // The loader judges the written files. Its findings go into the comments as well.
     let mut warnings = Vec::new();
     match load(&write(&hand, &log, format, options)) {
         Ok(found) => {
@@ -123,7 +123,7 @@ fn write(
     hand: &complete::Complete,
     log: &Log,
     format: Format,
-    options: &Options,
+    options: &ImportOptions,
 ) -> BTreeMap<PathBuf, Vec<u8>> {
     let file = log.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let head = format!("Imported from {file} ({}) by palmares {}.", format.name(), env!("CARGO_PKG_VERSION"));

@@ -17,7 +17,7 @@ use palmares_models::read::Limits;
 use palmares_models::{Pose, Vec3};
 
 use crate::decision::{At, Log};
-use crate::draft::{Draft, Geometry, Mesh, Origin, Part, Triangles};
+use crate::draft::{Draft, Geometry, LinkShape, Mesh, Origin, Triangles};
 use crate::format::{is_lfs_pointer, lfs_problem};
 use crate::source::{Source, limits};
 
@@ -44,7 +44,7 @@ impl Meshes {
     }
 
     /// Points whose convex hull is the shape, in the link's frame.
-    fn points(&self, part: &Part) -> Vec<Vec3> {
+    fn points(&self, part: &LinkShape) -> Vec<Vec3> {
         let pose = part.origin.pose();
         let ball =
             |radius: f64, z: f64| ellipsoid([radius; 3]).concat().into_iter().map(move |p| p + Vec3::Z * z);
@@ -111,11 +111,11 @@ pub(crate) fn convert(draft: &mut Draft, source: &Source, log: &mut Log) -> Mesh
 }
 
 /// Whether a shape is the mesh of a file.
-fn names(part: &Part, path: &Path) -> bool {
+fn names(part: &LinkShape, path: &Path) -> bool {
     matches!(&part.geometry, Geometry::Mesh(Mesh { triangles: Triangles::File(file), .. }) if file == path)
 }
 
-/// What a file of the source becomes.
+/// The written form of a file of the source.
 #[derive(Clone, Debug)]
 enum Converted {
     /// A file of the hand.
@@ -128,18 +128,18 @@ struct Converter<'a> {
     source: &'a Source,
     log: &'a mut Log,
     meshes: Meshes,
-    /// What became of each file of the source, and the factor to metres; `None` if it cannot be read.
+    /// The written form of each file of the source, and the factor to metres; `None` if it cannot be read.
     done: BTreeMap<PathBuf, Option<(Converted, f64)>>,
-    /// Of all written files.
+    /// Size of all written files.
     bytes: u64,
-    /// Of all written files that touch.
+    /// Vertices of all written files that touch.
     vertices: usize,
     /// Written files that some link no longer uses.
     replaced: Vec<PathBuf>,
 }
 
 impl Converter<'_> {
-    fn parts(&mut self, parts: Vec<Part>, link: &str, touches: bool) -> Vec<Part> {
+    fn parts(&mut self, parts: Vec<LinkShape>, link: &str, touches: bool) -> Vec<LinkShape> {
         parts.into_iter().flat_map(|part| self.part(part, link, touches)).collect()
     }
 
@@ -152,7 +152,7 @@ impl Converter<'_> {
     }
 
     /// The shapes of a link with convex hulls instead of groups of near ones.
-    fn merged(&mut self, parts: Vec<Part>, link: &str, most: usize) -> Vec<Part> {
+    fn merged(&mut self, parts: Vec<LinkShape>, link: &str, most: usize) -> Vec<LinkShape> {
         let (at, element) = (At::Link(link.to_owned()), format!("link '{link}'"));
         let points: Vec<Vec<Vec3>> = parts.iter().map(|part| self.meshes.points(part)).collect();
         let groups = merge::groups(&points, most);
@@ -177,7 +177,7 @@ impl Converter<'_> {
             let Some(corners) = hull(group) else { continue };
             let name = format!("{link}_group");
             let file = self.write(&name, &corners, [1.0; 3], &at, &element, true);
-            merged.extend(file.map(|file| Part {
+            merged.extend(file.map(|file| LinkShape {
                 origin: Origin::default(),
                 geometry: Geometry::Mesh(Mesh { triangles: Triangles::File(file), scale: [1.0; 3] }),
             }));
@@ -191,7 +191,7 @@ impl Converter<'_> {
         merged
     }
 
-    fn part(&mut self, part: Part, link: &str, touches: bool) -> Vec<Part> {
+    fn part(&mut self, part: LinkShape, link: &str, touches: bool) -> Vec<LinkShape> {
         match part.geometry {
             Geometry::Mesh(mesh) => self.mesh(mesh, part.origin, link, touches),
             Geometry::Ellipsoid(radii) => {
@@ -206,7 +206,7 @@ impl Converter<'_> {
         }
     }
 
-    fn mesh(&mut self, mesh: Mesh, origin: Origin, link: &str, touches: bool) -> Vec<Part> {
+    fn mesh(&mut self, mesh: Mesh, origin: Origin, link: &str, touches: bool) -> Vec<LinkShape> {
         let (at, element) = (At::Link(link.to_owned()), format!("link '{link}'"));
         let (converted, unit) = match mesh.triangles {
             Triangles::Inline { name, corners } => {
@@ -229,15 +229,15 @@ impl Converter<'_> {
             None => Vec::new(),
             Some(Converted::File(path)) => {
                 let geometry = Geometry::Mesh(Mesh { triangles: Triangles::File(path), scale });
-                vec![Part { origin, geometry }]
+                vec![LinkShape { origin, geometry }]
             }
             Some(Converted::Shapes(shapes)) => {
                 let placed = |(pose, geometry): (Pose, Geometry)| {
                     let there = Pose::from_parts(pose.translation * scale[0], pose.rotation);
                     let origin = Origin::from_pose(&(origin.pose() * there));
-                    Part { origin, geometry: geometry.scaled(scale[0]) }
+                    LinkShape { origin, geometry: geometry.scaled(scale[0]) }
                 };
-                let parts: Vec<Part> = shapes.into_iter().map(placed).collect();
+                let parts: Vec<LinkShape> = shapes.into_iter().map(placed).collect();
                 // Ellipsoids become files.
                 parts.into_iter().flat_map(|part| self.part(part, link, touches)).collect()
             }

@@ -2,7 +2,7 @@
 
 /// The caller's choices.
 #[derive(Clone, Debug, Default)]
-pub struct Options {
+pub struct ImportOptions {
     /// The robot of a source with several: the path of its file, an end of it, or its name without extension.
     pub robot: Option<String>,
     /// Only this link and what it carries: the hand of an arm.

@@ -278,7 +278,7 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool, width: Option<usize>) 
     let head = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
     let mut rows = vec![head(&["σ", "rest (s)", "law", "max |q - predicted|"])];
     rows[0].extend(hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "predicted".to_owned()]));
-    // Of many tendons: the largest tension.
+    // For many tendons: the largest tension.
     let mut largest = vec![head(&["σ", "rest (s)", "law", "max |Δq|", "max |Δf|", "max f", "of tendon"])];
     let mut notes = String::new();
     // Reasons that hold at every σ are printed once.

@@ -144,7 +144,7 @@ pub enum HandCommand {
     Copy(CopyArgs),
     /// Write a hand for other programs: as URDF, or as MJCF for MuJoCo
     ///
-    /// hand.toml goes along: it says what the format cannot. `hand import` reads both again. What the format cannot say is printed.
+    /// hand.toml goes along: it says what the format cannot. `hand import` reads both again. The export prints what the format cannot say.
     #[command(after_help = EXPORT_HELP)]
     Export(ExportArgs),
 }

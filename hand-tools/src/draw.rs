@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn names_move_apart_as_little_as_possible() {
+    fn names_move_as_little_as_possible() {
         assert_eq!(spread(&[0, 100], 10), [0, 100]);
         assert_eq!(spread(&[50, 50], 10), [45, 55]);
         assert_eq!(spread(&[0, 2, 4], 10), [-8, 2, 12]);

@@ -2,8 +2,8 @@
 
 use crate::import::said;
 use clap::{Args, ValueEnum};
-use palmares_hand_import::decision::Kind;
-use palmares_hand_import::export::{Target, export};
+use palmares_hand_import::decision::DecisionKind;
+use palmares_hand_import::export::{ExportTarget, export};
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -39,13 +39,13 @@ enum ExportFormat {
 /// There is no such hand, or nothing can be written.
 pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     let target = match args.format {
-        ExportFormat::Urdf => Target::Urdf,
-        ExportFormat::Mjcf => Target::Mjcf,
+        ExportFormat::Urdf => ExportTarget::Urdf,
+        ExportFormat::Mjcf => ExportTarget::Mjcf,
     };
     let hand = export(&args.hand, target).map_err(said)?;
     hand.write(&args.out, args.force).map_err(said)?;
     let mut out = std::io::stdout().lock();
-    for decision in hand.decisions.iter().filter(|decision| decision.kind != Kind::Taken) {
+    for decision in hand.decisions.iter().filter(|decision| decision.kind != DecisionKind::Taken) {
         writeln!(out, "{}: {}: {}", decision.element, decision.kind.word(), decision.text)?;
     }
     let files: Vec<String> = hand.files.keys().map(|path| path.display().to_string()).collect();

@@ -1,9 +1,9 @@
 //! `palmares hand import` and `hand new`: a published hand becomes a folder with hand.urdf, hand.toml and meshes.
 
 use clap::Args;
-use palmares_hand_import::decision::{Decision, Kind};
+use palmares_hand_import::decision::{Decision, DecisionKind};
 use palmares_hand_import::error::ImportError;
-use palmares_hand_import::{Imported, Options, import};
+use palmares_hand_import::{ImportOptions, Imported, import};
 use palmares_protocol::text::printable;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -92,11 +92,11 @@ struct Report<'a> {
 /// # Errors
 /// The source gives no hand, or nothing can be written.
 pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<ExitCode> {
-    let options = Options {
+    let options = ImportOptions {
         robot: args.robot.clone(),
         name: args.name.clone(),
         xacro_arguments: args.arg.clone(),
-        ..Options::default()
+        ..ImportOptions::default()
     };
     written(&args.source, &args.out, options, &args.how)
 }
@@ -107,7 +107,7 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<ExitCode> {
 /// As [`run`].
 pub(crate) fn draft(args: &NewArgs) -> anyhow::Result<ExitCode> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&args.name));
-    let options = Options { name: Some(args.name.clone()), template: true, ..Options::default() };
+    let options = ImportOptions { name: Some(args.name.clone()), template: true, ..ImportOptions::default() };
     written(&args.from, &out, options, &args.how)
 }
 
@@ -116,9 +116,9 @@ pub(crate) fn said(error: ImportError) -> anyhow::Error {
     anyhow::anyhow!("{error}")
 }
 
-fn written(source: &Path, folder: &Path, options: Options, how: &How) -> anyhow::Result<ExitCode> {
+fn written(source: &Path, folder: &Path, options: ImportOptions, how: &How) -> anyhow::Result<ExitCode> {
     let (root, visual_as_collision) = (how.root.clone(), how.visual_as_collision);
-    let hand = import(source, &Options { root, visual_as_collision, ..options }).map_err(said)?;
+    let hand = import(source, &ImportOptions { root, visual_as_collision, ..options }).map_err(said)?;
     hand.write(folder, how.force).map_err(said)?;
     let mut out = std::io::stdout().lock();
     if how.json {
@@ -145,17 +145,17 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
     let description = hand.description.display().to_string();
     let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), printable(&description));
     for (kind, title) in [
-        (Kind::Taken, "Taken in other words"),
-        (Kind::Guessed, "Guessed"),
-        (Kind::Dropped, "Dropped"),
-        (Kind::Problem, "Problems"),
+        (DecisionKind::Taken, "Taken in other words"),
+        (DecisionKind::Guessed, "Guessed"),
+        (DecisionKind::Dropped, "Dropped"),
+        (DecisionKind::Problem, "Problems"),
     ] {
         let found: Vec<&Decision> = hand.decisions.iter().filter(|decision| decision.kind == kind).collect();
         if found.is_empty() {
             continue;
         }
         let _ = writeln!(out, "\n{title}: {}", found.len());
-        let most = if all || kind == Kind::Problem { found.len() } else { SHOWN };
+        let most = if all || kind == DecisionKind::Problem { found.len() } else { SHOWN };
         for decision in found.iter().take(most) {
             let file = decision.file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
             let line = format!("{file}: {}: {}", decision.element, decision.text);

@@ -35,16 +35,16 @@ mod tests {
     #[test]
     fn short_work_prints_nothing_and_long_work_one_line_a_period() {
         let (mut progress, mut lines) = (Progress::of("counting"), 0);
-        let mut tell = |progress: &mut Progress| {
+        let mut report = |progress: &mut Progress| {
             progress.at(|| {
                 lines += 1;
                 "half".to_owned()
             });
             lines
         };
-        assert_eq!(tell(&mut progress), 0);
+        assert_eq!(report(&mut progress), 0);
         progress.due = Instant::now();
-        assert_eq!(tell(&mut progress), 1);
-        assert_eq!(tell(&mut progress), 1);
+        assert_eq!(report(&mut progress), 1);
+        assert_eq!(report(&mut progress), 1);
     }
 }

@@ -1,7 +1,7 @@
 //! A built-in hand that was exported and imported again has the same equilibria under pushes.
 
-use palmares_hand_import::export::{Target, export};
-use palmares_hand_import::{Options, import};
+use palmares_hand_import::export::{ExportTarget, export};
+use palmares_hand_import::{ImportOptions, import};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{LoadOptions, hand};
@@ -25,11 +25,11 @@ fn push(hand: &Hand, k: usize) -> Push {
 fn exported_hands_have_the_same_equilibrium_under_ten_pushes() {
     let config = Config::with_step(1e-3);
     for original in builtin_hands() {
-        for target in [Target::Urdf, Target::Mjcf] {
+        for target in [ExportTarget::Urdf, ExportTarget::Mjcf] {
             let (folder, back) =
                 (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
             export(&original.name, target).expect("exported").write(folder.path(), true).expect("written");
-            let imported = import(folder.path(), &Options::default()).expect("imported");
+            let imported = import(folder.path(), &ImportOptions::default()).expect("imported");
             imported.write(back.path(), true).expect("written");
             let copy = hand(back.path(), &LoadOptions::default()).expect("loads").hand;
             for k in 0..10 {

@@ -70,7 +70,7 @@ fn written<S: SerializeStruct>(
 impl Serialize for Obs {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Obs { id, run_id, session_left_s, observation, late_s, resumed, run, scene } = self;
-        // Taken apart, so that none of its fields is forgotten.
+        // Destructured, so that none of its fields is forgotten.
         let Observation {
             tick,
             sim_time_s,

@@ -195,7 +195,7 @@ impl Column {
         }
     }
 
-    /// Those that hold for all hands.
+    /// The limits that hold for all hands.
     pub fn fixed_limits(&self) -> (Option<f64>, Option<f64>) {
         match &self.range {
             Range::Within(low, high) => (Some(*low), Some(*high)),

@@ -83,11 +83,11 @@ fn compare(shape: &Shape, pose: Pose) -> (usize, usize) {
                 shown += 1;
                 let ray = lens.ray(k % WIDTH, k / WIDTH);
                 let point = pose.inverse().transform_point(ray * drawn);
-                let told = image.normal.as_ref().expect("wanted")[k].map(f64::from);
-                let told = pose.rotation.inverse() * Vec3::from_array(told);
+                let normal = image.normal.as_ref().expect("wanted")[k].map(f64::from);
+                let normal = pose.rotation.inverse() * Vec3::from_array(normal);
                 // Outwards the distance grows; along an edge the direction is either face's.
-                let grown = distance(shape, point + told * 1e-5);
-                assert!(grown > 0.5e-5, "{shape:?} at pixel {k}: normal {told:?}, {grown}");
+                let grown = distance(shape, point + normal * 1e-5);
+                assert!(grown > 0.5e-5, "{shape:?} at pixel {k}: normal {normal:?}, {grown}");
             }
             _ => {
                 // The ray almost misses: of two rays half a pixel away, one hits and one misses.

@@ -81,12 +81,12 @@ pub struct Pair {
     pub initial_overlap: f64,
     /// Gap of the deepest point at the last update of the points, m, and the pose of B in A's frame then; 0
     /// and identity for a pair without points.
-    pub seen: (f64, Pose),
+    pub updated_at: (f64, Pose),
 }
 
 impl Clone for Pair {
     fn clone(&self) -> Self {
-        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, seen } = self;
+        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, updated_at } = self;
         Pair {
             key: *key,
             facing: *facing,
@@ -95,13 +95,13 @@ impl Clone for Pair {
             manifold: manifold.clone(),
             mean: *mean,
             initial_overlap: *initial_overlap,
-            seen: *seen,
+            updated_at: *updated_at,
         }
     }
 
     /// Keeps the allocated list of points.
     fn clone_from(&mut self, from: &Self) {
-        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, seen } = from;
+        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, updated_at } = from;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses, data: () } =
             manifold;
         self.key = *key;
@@ -110,7 +110,7 @@ impl Clone for Pair {
         (self.manifold.subshape1, self.manifold.subshape2) = (*subshape1, *subshape2);
         self.manifold.subshape_poses.clone_from(subshape_poses);
         (self.mean, self.facing, self.covered, self.lever) = (*mean, *facing, *covered, *lever);
-        (self.initial_overlap, self.seen) = (*initial_overlap, *seen);
+        (self.initial_overlap, self.updated_at) = (*initial_overlap, *updated_at);
     }
 }
 
@@ -166,14 +166,15 @@ impl Pair {
             covered: false,
             lever: 0.0,
             initial_overlap: 0.0,
-            seen: (0.0, Pose::IDENTITY),
+            updated_at: (0.0, Pose::IDENTITY),
         }
     }
 
     /// Whether there is nothing to remember. parry starts its search from the normals, so they count.
     pub(crate) fn is_blank(&self) -> bool {
         // Without points neither face nor lever is known.
-        let Pair { key: _, manifold, mean, facing: _, covered: _, lever: _, initial_overlap, seen: _ } = self;
+        let Pair { key: _, manifold, mean, facing: _, covered: _, lever: _, initial_overlap, updated_at: _ } =
+            self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO
             && manifold.local_n2 == Vec3::ZERO
@@ -191,7 +192,7 @@ impl Pair {
             covered: _,
             lever,
             initial_overlap,
-            seen: (gap, a_from_b),
+            updated_at: (gap, a_from_b),
         } = self;
         let of_point = |point: &TrackedContact<Anchor>| {
             bounded_vector(point.local_p1)
@@ -210,8 +211,16 @@ impl Pair {
 
     pub(crate) fn digest(&self, h: &mut Digest) {
         // Destructured by name, so that nothing can be forgotten; for convex shapes the rest is empty.
-        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, seen: (gap, a_from_b) } =
-            self;
+        let Pair {
+            key,
+            manifold,
+            mean,
+            facing,
+            covered,
+            lever,
+            initial_overlap,
+            updated_at: (gap, a_from_b),
+        } = self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
             manifold;
         h.word(u64::from(key.0) << 32 | u64::from(key.1));

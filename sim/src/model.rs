@@ -336,11 +336,11 @@ impl Model {
         let Some((last, others)) = self.colliders.split_last_mut() else { return };
         for other in others.iter_mut().filter(|other| other.owner == last.owner) {
             let last_from_other = last.body_from_shape.inverse() * other.body_from_shape;
-            let apart = |a: &Collider, b: &Collider, a_from_b: &Pose| {
+            let separated = |a: &Collider, b: &Collider, a_from_b: &Pose| {
                 let bounds = a.local_bounds.loosened(1e-3);
                 !bounds.intersects(&b.local_bounds.transform_by(a_from_b))
             };
-            if apart(last, other, &last_from_other) {
+            if separated(last, other, &last_from_other) {
                 continue;
             }
             let other_from_last = last_from_other.inverse();

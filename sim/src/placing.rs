@@ -2,7 +2,7 @@
 //! the world goes on from there.
 //!
 //! Contacts keep their memory, which is a displacement and no place: the forces of the next step are continuous in what is placed,
-//! so that differences of steps have a limit. A pair of shapes that is apart then forgets as always. Every object wakes, because
+//! so that differences of steps have a limit. A pair of shapes that no longer touches then loses its memory as always. Every object wakes, because
 //! one may have lain on what is gone. Tensions, friction of cables and clutches stay: a step solves them anew from there. Placing
 //! something where it is, with the velocity that it has, changes no bit.
 
@@ -58,7 +58,7 @@ pub enum PlacingError {
     /// A number is not finite or beyond its bound.
     #[error("{what}: found {found}; wanted a number from -{bound:e} to {bound:e}")]
     OutOfBounds {
-        /// What it is of.
+        /// The name of the quantity.
         what: &'static str,
         /// The number.
         found: f64,

@@ -55,7 +55,7 @@ impl World {
     }
 
     /// Continues with its own steps from a snapshot of a world whose steps are so long, s, but which is the
-    /// same otherwise. What is counted in steps is converted; the first step does not use the one before.
+    /// same otherwise. Counts of steps are converted; the first step does not use the one before.
     pub fn resume_from_steps(&mut self, from: &Snapshot, step_s: f64) {
         self.resume(from);
         let share = step_s / self.model().config().step_s;

@@ -31,7 +31,7 @@ pub struct State {
     pub tension: Vec<f64>,
     /// Force of every row of dry friction in the last step: loss of tension at the guides of each cable, then torque of joints.
     pub friction: Vec<f64>,
-    /// Of every tendon with a clutch: the wound length at which it let go; None while it is engaged.
+    /// The wound length at which each clutch let go, one per tendon with a clutch; None while it is engaged.
     pub locked: Vec<Option<f64>>,
     /// Sleep bookkeeping of every object.
     pub sleep: Vec<Sleep>,

@@ -122,8 +122,8 @@ impl World {
         ([fx, fy, fz], [tx, ty, tz])
     }
 
-    /// Mechanical power of every motor in the last step, W: its load at the end of the step times the speed of its wound length. What it
-    /// winds against a tension; negative where the tendons drive it.
+    /// Mechanical power of every motor in the last step, W: its load at the end of the step times the speed of its wound length. It is
+    /// positive while the motor winds against a tension, and negative while the tendons drive it.
     pub fn motor_power(&self) -> impl Iterator<Item = f64> {
         let motors = self.model.hand().into_iter().flat_map(|hand| {
             hand.motors.iter().enumerate().map(|(k, motor)| (hand.motor_load(k, &self.state.tension), motor))

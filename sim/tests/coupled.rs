@@ -399,7 +399,7 @@ fn a_motor_pulls_with_its_largest_force_and_no_more_at_any_speed() {
                 assert!((state.tension[0] - 10.0).abs() < 1e-6, "{speed}: {:?}", state.tension);
                 assert!(state.motors[0].velocity.abs() < 1e-9 && state.motors[0].position < 0.8);
             } else {
-                // What damping and inertia took of the force at which it let go is missing.
+                // Damping and inertia took a part of the force at which it let go.
                 let least = if speed < 0.1 { 9.85 } else { 0.0 };
                 assert!((least..=10.0).contains(&state.tension[0]), "{speed}: {:?}", state.tension);
                 assert!(state.locked[0].is_some());

@@ -13,7 +13,7 @@ pub enum HandDraw {
     Own,
     /// All of them by the run's seed.
     All,
-    /// Those of these names by the run's seed.
+    /// The numbers of these names, by the run's seed.
     Named(Vec<String>),
     /// All of them by a place in a Latin hypercube: over its `count` samples each number takes each of `count` equal parts of its
     /// range once (McKay, Beckman and Conover 1979).
@@ -73,7 +73,7 @@ impl HandDraw {
         Ok(())
     }
 
-    /// The drawn number of each of [`HandDraw::entries`]: a function of hand, seed and draw. What one number is does not depend on
+    /// The drawn number of each of [`HandDraw::entries`]: a function of hand, seed and draw. A number does not depend on
     /// whether another is drawn.
     pub fn numbers(&self, hand: &Hand, seed: Seed) -> Vec<f64> {
         let drawn = self.entries(hand).into_iter();
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_told() {
+    fn a_hand_that_cannot_be_drawn_is_refused() {
         let pinch = Hand::builtin("pinch").expect("built in");
         let error = HandDraw::All.check(&pinch).expect_err("nothing is uncertain");
         assert_eq!(error, "hand `pinch` has nothing in [uncertain] of its hand.toml");

@@ -343,8 +343,8 @@ fn runs_of_absurd_hands_are_built_and_end() {
             if run.check(&action).is_ok() {
                 run.step(&action).expect("it was checked");
             }
-            let seen = run.observe(Sensing::Truth);
-            let predicted = seen.truth.expect("asked for").predicted_equilibrium;
+            let observation = run.observe(Sensing::Truth);
+            let predicted = observation.truth.expect("it is observed").predicted_equilibrium;
             assert!(predicted.0.iter().all(|q| q.is_finite()));
         }
         let fault = run.fault();

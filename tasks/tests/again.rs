@@ -54,7 +54,7 @@ fn bits(action: &Action) -> String {
 }
 
 /// Whether the applied action is within the limits, and as near to the requested one as they allow.
-fn within_limits(asked: &Action, applied: &Action) -> bool {
+fn within_limits(requested: &Action, applied: &Action) -> bool {
     let limits = ActionLimits::default();
     let cosine = |a: &[f64], b: &[f64]| {
         let unit = |v: &[f64]| {
@@ -66,16 +66,19 @@ fn within_limits(asked: &Action, applied: &Action) -> bool {
         unit(a).iter().zip(unit(b)).map(|(a, b)| a * b).sum::<f64>()
     };
     let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let clipped = |asked: &[f64; 3], applied: &[f64; 3], most: f64| {
-        let over = asked.iter().any(|x| x.abs() > most);
+    let clipped = |requested: &[f64; 3], applied: &[f64; 3], most: f64| {
+        let over = requested.iter().any(|x| x.abs() > most);
         let all = if over { (length(applied) - most).abs() < 1e-12 } else { length(applied) < most + 1e-12 };
-        all && (asked.iter().all(|x| x.abs() < 1e-300) || cosine(asked, applied) > 1.0 - 1e-12)
+        all && (requested.iter().all(|x| x.abs() < 1e-300) || cosine(requested, applied) > 1.0 - 1e-12)
     };
-    let base = match (&asked.base, &applied.base) {
-        (Some(BaseTarget::Pose { quat_xyzw: asked, .. }), Some(BaseTarget::Pose { position, quat_xyzw })) => {
+    let base = match (&requested.base, &applied.base) {
+        (
+            Some(BaseTarget::Pose { quat_xyzw: requested, .. }),
+            Some(BaseTarget::Pose { position, quat_xyzw }),
+        ) => {
             position.iter().all(|x| x.abs() <= limits.reach_m)
                 && (length(quat_xyzw) - 1.0).abs() < 1e-14
-                && cosine(asked, quat_xyzw) > 1.0 - 1e-12
+                && cosine(requested, quat_xyzw) > 1.0 - 1e-12
         }
         (Some(BaseTarget::Twist { linear: a, angular: b }), Some(BaseTarget::Twist { linear, angular })) => {
             clipped(a, linear, limits.speed) && clipped(b, angular, limits.angular_speed)
@@ -242,8 +245,8 @@ fn a_push_that_cannot_be_is_refused_with_what_could() {
 fn poses_are_those_of_the_observation_and_end_with_the_links() {
     let mut run = start();
     run.step(&Action::default()).expect("valid");
-    let seen = run.observe(Sensing::Truth);
-    let ball = seen.truth.expect("asked for").objects.position.0[0];
+    let observation = run.observe(Sensing::Truth);
+    let ball = observation.truth.expect("it is observed").objects.position.0[0];
     let poses: Vec<_> = run.poses().collect();
     let bodies = run.hand_bodies();
     assert_eq!(poses.len(), 1 + bodies.len());
@@ -253,7 +256,7 @@ fn poses_are_those_of_the_observation_and_end_with_the_links() {
         assert_eq!(body.id, *id);
     }
     assert_eq!(bodies[0].id, run.scene().bodies.len());
-    assert_eq!(poses[1].1.translation.to_array()[..], seen.hand.column("base", "position"));
+    assert_eq!(poses[1].1.translation.to_array()[..], observation.hand.column("base", "position"));
 }
 
 #[test]
@@ -268,7 +271,7 @@ fn a_run_without_its_ball_left_is_over_by_time_only() {
     assert_eq!(run.over(), None);
     run.step(&Action::default()).expect("valid");
     assert_eq!(run.over(), Some(Reason::TimeLimit));
-    let seen = run.observe(Sensing::Sensors);
-    assert!(seen.truncated && !seen.terminated);
-    assert_eq!(seen.reason.as_deref(), Some("time_limit"));
+    let observation = run.observe(Sensing::Sensors);
+    assert!(observation.truncated && !observation.terminated);
+    assert_eq!(observation.reason.as_deref(), Some("time_limit"));
 }

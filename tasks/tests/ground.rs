@@ -58,7 +58,7 @@ fn what_was_in_the_shelf_stays_on_the_ground() {
 }
 
 #[test]
-fn the_scene_tells_of_the_ground() {
+fn the_scene_has_the_ground() {
     for task in Task::builtin() {
         let built = build(&task, None, Seed::from_u64(1)).expect("every seed has a scene");
         let endless: Vec<_> = built.scene.bodies.iter().filter(|body| body.endless).collect();

@@ -86,7 +86,7 @@ fn a_folder_with_a_mesh_and_a_urdf_is_read_and_built() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_file_field_and_what_would_be_valid() {
+fn an_error_names_file_field_and_valid_values() {
     let cases = [
         (
             CUBE.replace(
@@ -161,33 +161,33 @@ fn what_is_wrong_is_told_with_file_field_and_what_would_be_valid() {
         ),
     ];
     for (text, expected) in cases {
-        let told = refusal(&text);
-        assert!(told.contains(expected), "{told}, not {expected}");
+        let error = refusal(&text);
+        assert!(error.contains(expected), "{error}, not {expected}");
     }
     let none = Task::load(Path::new("/no/such/folder")).expect_err("it is not there").to_string();
     assert!(none.contains("/no/such/folder"), "{none}");
     let two = URDF.replace("</robot>", "<link name=\"more\"/></robot>");
     let folder = folder(&with_files());
     std::fs::write(folder.path().join("cube.urdf"), two).expect("written");
-    let told = Task::load(folder.path()).expect_err("two links").to_string();
-    assert!(told.contains("cube.urdf: robot: ") && !told.contains("task.toml"), "{told}");
+    let error = Task::load(folder.path()).expect_err("two links").to_string();
+    assert!(error.contains("cube.urdf: robot: ") && !error.contains("task.toml"), "{error}");
     let massless = URDF.replace("<mass value=\"0.2\"/>", "<mass value=\"0\"/>");
     std::fs::write(folder.path().join("cube.urdf"), massless).expect("written");
-    let told = Task::load(folder.path()).expect_err("no mass").to_string();
-    assert!(told.contains("has no mass; valid: an <inertial>"), "{told}");
+    let error = Task::load(folder.path()).expect_err("no mass").to_string();
+    assert!(error.contains("has no mass; valid: an <inertial>"), "{error}");
 }
 
 #[test]
 fn fixed_places_are_shifted_and_turned_by_the_seed_within_their_bounds() {
     let task = Task::parse("cube.toml", CUBE).expect("valid");
-    let mut seen = Vec::new();
+    let mut places = Vec::new();
     for seed in 0..20 {
         let scene = build(&task, None, Seed::from_u64(seed)).expect("a sound scene").scene;
         let at = |k: usize| scene.bodies[k].position.expect("the builder knows it");
         assert!(at(0)[0].abs() < 0.0101 && at(0)[1].abs() < 0.0101, "{:?}", at(0));
         assert!((at(1)[0] - 0.3).abs() < 1e-3 && at(1)[1].abs() < 1e-3, "{:?}", at(1));
-        assert!(!seen.contains(&at(0)), "another seed, another place");
-        seen.push(at(0));
+        assert!(!places.contains(&at(0)), "another seed, another place");
+        places.push(at(0));
     }
 }
 
@@ -197,10 +197,10 @@ fn what_stands_on_another_object_moves_and_turns_with_it() {
     for seed in 0..10 {
         let scene = build(&task, None, Seed::from_u64(seed)).expect("a sound scene").scene;
         let [pan, lid, ..] = scene.bodies.as_slice() else { panic!("a pan and its lid") };
-        let (pan, lid) = (pan.position.expect("told"), lid.position.expect("told"));
-        let apart = ((pan[0] - lid[0]).powi(2) + (pan[1] - lid[1]).powi(2)).sqrt();
+        let (pan, lid) = (pan.position.expect("stated"), lid.position.expect("stated"));
+        let distance = ((pan[0] - lid[0]).powi(2) + (pan[1] - lid[1]).powi(2)).sqrt();
         // It rests at its initial place: nothing else supports or pushes it.
-        assert!(apart < 1e-3 && (lid[2] - pan[2] - 0.06).abs() < 5e-4, "{pan:?} {lid:?}");
+        assert!(distance < 1e-3 && (lid[2] - pan[2] - 0.06).abs() < 5e-4, "{pan:?} {lid:?}");
     }
 }
 
@@ -208,8 +208,8 @@ fn what_stands_on_another_object_moves_and_turns_with_it() {
 fn an_object_that_cannot_stay_where_it_is_put_makes_no_scene() {
     let task =
         Task::parse("cube.toml", &CUBE.replace("[0.3, 0.0, 0.05]", "[0.3, 0.0, 0.35]")).expect("valid");
-    let told = build(&task, None, Seed::from_u64(1)).err().expect("it falls").to_string();
-    assert!(told.contains("post did not stay where it was put"), "{told}");
+    let error = build(&task, None, Seed::from_u64(1)).err().expect("it falls").to_string();
+    assert!(error.contains("post did not stay where it was put"), "{error}");
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn the_referee_of_a_run_sees_the_objects_frames() {
 
 #[test]
 fn an_error_within_the_rules_names_its_own_line() {
-    for (from, to, told) in [
+    for (from, to, expected) in [
         ("above_m = 0.1", "above_m = \"10 cm\"", "expected f64"),
         ("settle_s = 1.0", "settle_s = true", "expected f64"),
         ("above_m = 0.1", "above_m = 0.1\nupright = 5.0", "unknown field `upright`"),
@@ -243,7 +243,7 @@ fn an_error_within_the_rules_names_its_own_line() {
             1 + text.lines().position(|line| to.ends_with(line) && !line.is_empty()).expect("it is there");
         let error = Task::parse("cube.toml", &text).expect_err(to).to_string();
         assert!(
-            error.contains(&format!("line {line},")) && error.contains(told),
+            error.contains(&format!("line {line},")) && error.contains(expected),
             "{to}: line {line}: {error}"
         );
     }

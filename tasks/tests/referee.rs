@@ -52,20 +52,20 @@ proptest! {
     fn arranging_is_reported_goal_by_goal((task, frames) in story("pan")) {
         let Rules::Arrange(rules) = &task.rules else { panic!("a pan and its lid are arranged") };
         let mut referee = task.referee(&frames[0]);
-        let mut told: Vec<String> = Vec::new();
+        let mut reported: Vec<String> = Vec::new();
         for (k, frame) in frames.iter().enumerate().skip(1) {
             let mut other = task.referee(&frames[0]);
             other.restore(&referee.state());
             // Longer than any goal is to last.
             let events = referee.watch(120 * k as u64, frame);
             prop_assert_eq!(&other.watch(120 * k as u64, frame), &events);
-            told.extend(events.into_iter().map(|event| event.kind));
-            let reached = &rules.goals[..told.len()];
-            prop_assert!(reached.iter().map(|goal| &goal.name).eq(&told), "{:?}", told);
+            reported.extend(events.into_iter().map(|event| event.kind));
+            let reached = &rules.goals[..reported.len()];
+            prop_assert!(reached.iter().map(|goal| &goal.name).eq(&reported), "{:?}", reported);
             let points: f64 = reached.iter().map(|goal| goal.points).sum();
             prop_assert!((referee.score() - points).abs() < 1e-12);
-            prop_assert_eq!(referee.count().in_goal as usize, told.len());
-            prop_assert_eq!(referee.complete(), told.len() == rules.goals.len());
+            prop_assert_eq!(referee.count().in_goal as usize, reported.len());
+            prop_assert_eq!(referee.complete(), reported.len() == rules.goals.len());
         }
     }
 
@@ -97,7 +97,7 @@ proptest! {
         }
         // Shown the same once more, all at rest, the referee's running count is the verdict.
         let last: Vec<ObjectSnapshot> =
-            frames[frames.len() - 1].iter().map(|seen| ObjectSnapshot { at_rest: true, ..*seen }).collect();
+            frames[frames.len() - 1].iter().map(|object| ObjectSnapshot { at_rest: true, ..*object }).collect();
         let _ = referee.watch(frames.len() as u64, &last);
         let (count, score) = referee.final_result(&last);
         prop_assert_eq!(count, referee.count());
@@ -131,7 +131,7 @@ proptest! {
         let points = &rules.points;
         let most = points.lifted + points.held + points.shaken + points.firm + points.quick;
         let mut referee = task.referee(&frames[0]);
-        let (mut score, mut seen) = (0.0, Vec::new());
+        let (mut score, mut kinds) = (0.0, Vec::new());
         for (k, frame) in frames.iter().enumerate() {
             // Each frame lasts a while, so that holds and shakes come about.
             for i in 0..pace {
@@ -139,7 +139,7 @@ proptest! {
                 let over = referee.complete();
                 for event in referee.watch(tick, frame) {
                     prop_assert!(!over, "{} after the end", event.kind);
-                    seen.push(event.kind);
+                    kinds.push(event.kind);
                 }
                 prop_assert!(referee.score() >= score && referee.score() <= most + 1e-12);
                 score = referee.score();
@@ -149,9 +149,9 @@ proptest! {
                 }
             }
         }
-        let first = |kind: &str| seen.iter().position(|k| k == kind);
-        prop_assert!(seen.iter().filter(|k| *k == "lifted").count() <= 1);
-        prop_assert!(seen.iter().filter(|k| *k == "held").count() <= 1);
+        let first = |kind: &str| kinds.iter().position(|k| k == kind);
+        prop_assert!(kinds.iter().filter(|k| *k == "lifted").count() <= 1);
+        prop_assert!(kinds.iter().filter(|k| *k == "held").count() <= 1);
         if let Some(held) = first("held") { prop_assert!(first("lifted").is_some_and(|l| l < held)); }
         if let Some(shaken) = first("shaken") {
             prop_assert!(first("held").is_some_and(|h| h < shaken));

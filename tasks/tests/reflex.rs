@@ -39,13 +39,13 @@ fn the_prediction_is_where_the_hand_comes_to_rest() {
         "it has four motors"
     );
     go(&mut run, Vec3::new(0.0, 0.0, 0.75), 0.0, [0.8, 0.6, 0.4, 0.3], 400);
-    let seen = run.observe(Sensing::Truth);
-    let truth = seen.truth.expect("asked for");
+    let observation = run.observe(Sensing::Truth);
+    let truth = observation.truth.expect("it is observed");
     assert_eq!(truth.predicted_equilibrium.0.len(), 7);
     for (q, predicted) in truth.joints.position.0.iter().zip(&truth.predicted_equilibrium.0) {
         assert!((q - predicted).abs() < 1e-6, "{q} {predicted}");
     }
-    let tensions = seen.hand.column("motors", "tension");
+    let tensions = observation.hand.column("motors", "tension");
     assert!(tensions[0] > tensions[1] && tensions[1] > tensions[2] && tensions[2] > 0.1, "{tensions:?}");
     assert!(tensions[3].abs() < 1e-6);
 }

@@ -40,7 +40,7 @@ fn audit(task: &Task, built: &Built, seed: u64) {
         .regions
         .iter()
         .find(|r| Some(r.name.as_str()) == task.place.into_region())
-        .expect("it is told");
+        .expect("it is in the scene");
     let n = model.objects().len();
     let all: Vec<_> = (0..n).map(|k| shapes(model, state, k)).collect();
     for (k, parts) in all.iter().enumerate() {
@@ -86,18 +86,18 @@ fn drift(built: &Built) -> f64 {
 #[test]
 fn two_hundred_shelves_are_sound() {
     let task = task("shelf");
-    let mut seen = std::collections::BTreeSet::new();
+    let mut names = std::collections::BTreeSet::new();
     for seed in 0..200 {
         let built = scene(&task, seed);
         audit(&task, &built, seed);
         assert_eq!(built.world.model().objects().len(), 10);
-        seen.extend(built.world.model().objects().iter().map(|object| object.name.clone()));
+        names.extend(built.world.model().objects().iter().map(|object| object.name.clone()));
         if seed % 10 == 0 {
             let moved = drift(&built);
             assert!(moved < 1e-3, "seed {seed}: something moves by {moved} m when left alone");
         }
     }
-    assert_eq!(seen.len(), task.objects.from.len(), "every object of the list has its turn");
+    assert_eq!(names.len(), task.objects.from.len(), "every object of the list has its turn");
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn fifty_pours_of_balls_are_sound() {
 }
 
 #[test]
-fn a_scene_tells_all_that_stands_in_it() {
+fn a_scene_has_all_that_stands_in_it() {
     let hand = Hand::builtin("softhand").expect("built in");
     let run = Run::new(task("shelf"), hand, Seed::from_u64(3)).expect("builds");
     let scene = run.scene();
@@ -147,7 +147,7 @@ fn a_scene_tells_all_that_stands_in_it() {
         assert_eq!(body.com, object.com.to_array());
     }
     // Floor, two sides, back and roof; none where the hand goes in.
-    let shelf = scene.bodies.iter().find(|body| body.name == "shelf").expect("it is told");
+    let shelf = scene.bodies.iter().find(|body| body.name == "shelf").expect("it is in the scene");
     assert_eq!(shelf.parts.len(), 5);
     assert!(shelf.parts.iter().all(|part| part.position[1] > 0.45));
     let roles: Vec<_> = scene.regions.iter().map(|r| (r.name.as_str(), r.role.as_deref())).collect();
@@ -156,15 +156,15 @@ fn a_scene_tells_all_that_stands_in_it() {
 }
 
 #[test]
-fn a_scene_told_to_sensors_has_no_pose_of_an_object() {
+fn a_scene_for_sensors_has_no_pose_of_an_object() {
     let scene = scene(&task("shelf"), 3).scene;
     assert_eq!(scene.clone().redacted_for(Sensing::Truth), scene);
-    let told = scene.clone().redacted_for(Sensing::Sensors);
-    for (body, full) in told.bodies.iter().zip(&scene.bodies) {
+    let redacted = scene.clone().redacted_for(Sensing::Sensors);
+    for (body, full) in redacted.bodies.iter().zip(&scene.bodies) {
         assert_eq!((body.position.is_some(), body.quat_xyzw.is_some()), (!body.free, !body.free));
         assert_eq!((&body.name, &body.parts, body.mass), (&full.name, &full.parts, full.mass));
     }
-    assert_eq!((told.regions, told.gravity), (scene.regions, scene.gravity));
+    assert_eq!((redacted.regions, redacted.gravity), (scene.regions, scene.gravity));
 }
 
 #[test]

@@ -62,9 +62,9 @@ fn a_run_goes_the_same_way_whoever_looks() {
 }
 
 #[test]
-fn noise_belongs_to_run_and_tick_and_not_to_who_asked_before() {
+fn noise_belongs_to_run_and_tick_and_not_to_earlier_observations() {
     let mut last = Vec::new();
-    let mut asked = played(Noise::Real, |tick, run| {
+    let mut observed = played(Noise::Real, |tick, run| {
         if tick % 9 == 0 {
             run.observe(Sensing::Sensors);
             last = images(run, &["wrist", "box_a"]);
@@ -74,13 +74,13 @@ fn noise_belongs_to_run_and_tick_and_not_to_who_asked_before() {
         }
     });
     let mut silent = played(Noise::Real, |_, _| {});
-    assert_eq!(asked.observe(Sensing::Sensors), silent.observe(Sensing::Sensors));
-    assert_eq!(images(&mut asked, &CAMERAS), images(&mut silent, &CAMERAS));
-    assert_eq!(images(&mut asked, &["wrist"])[0], last[0], "the same image until the next comes");
+    assert_eq!(observed.observe(Sensing::Sensors), silent.observe(Sensing::Sensors));
+    assert_eq!(images(&mut observed, &CAMERAS), images(&mut silent, &CAMERAS));
+    assert_eq!(images(&mut observed, &["wrist"])[0], last[0], "the same image until the next comes");
     for _ in 0..4 {
-        asked.step(&Action::default()).expect("valid");
+        observed.step(&Action::default()).expect("valid");
     }
-    assert_ne!(images(&mut asked, &["wrist"])[0], last[0]);
+    assert_ne!(images(&mut observed, &["wrist"])[0], last[0]);
     // Without noise the same reading is another one.
     let mut ideal = played(Noise::None, |_, _| {});
     assert_ne!(ideal.observe(Sensing::Sensors).hand, silent.observe(Sensing::Sensors).hand);
@@ -153,7 +153,7 @@ fn readings_scatter_as_declared() {
 }
 
 #[test]
-fn only_the_truth_tells_which_body_a_pixel_shows() {
+fn only_the_truth_has_the_body_of_each_pixel() {
     let run = run("softhand", 1, Noise::None);
     let wanted = ["box_a.bodies".to_owned()];
     assert!(run.shots(&wanted, Sensing::Truth).is_ok());

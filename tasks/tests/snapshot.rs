@@ -30,7 +30,7 @@ fn action(tick: u64, motors: usize) -> Action {
 }
 
 /// The outputs of a run in `ticks` ticks.
-fn told(run: &mut Run, ticks: u64) -> Vec<(String, u64, String)> {
+fn events_of(run: &mut Run, ticks: u64) -> Vec<(String, u64, String)> {
     let motors = run.hand().motors.len();
     let wrist = run.shots(&["wrist".to_owned()], Sensing::Truth).unwrap_or_default();
     (0..ticks)
@@ -57,21 +57,21 @@ fn a_run_goes_on_from_a_snapshot_as_it_went_on_before() {
         ("shelf", "softhand", Noise::None),
     ] {
         let mut first = run(task, hand, 3, noise);
-        told(&mut first, 60);
+        events_of(&mut first, 60);
         let snapshot = first.snapshot();
         let here = format!("{:?}", first.observe(Sensing::Truth));
         let mut fork = first.fork();
         let bytes = snapshot.to_bytes();
         println!("{task}, {hand}: {} bytes", bytes.len());
         assert!(task != "balls" || bytes.len() <= 30_000, "{} bytes", bytes.len());
-        let expected = told(&mut first, 60);
-        assert_eq!(told(&mut fork, 60), expected, "{task}, {hand}: a fork");
+        let expected = events_of(&mut first, 60);
+        assert_eq!(events_of(&mut fork, 60), expected, "{task}, {hand}: a fork");
         first.restore(&snapshot).expect("its own");
         assert_eq!(format!("{:?}", first.observe(Sensing::Truth)), here, "{task}, {hand}: observed at once");
-        assert_eq!(told(&mut first, 60), expected, "{task}, {hand}: from memory");
+        assert_eq!(events_of(&mut first, 60), expected, "{task}, {hand}: from memory");
         let mut other = run(task, hand, 3, noise);
         other.restore(&Snapshot::from_bytes(&bytes).expect("readable")).expect("the same scene");
-        assert_eq!(told(&mut other, 60), expected, "{task}, {hand}: from {} bytes", bytes.len());
+        assert_eq!(events_of(&mut other, 60), expected, "{task}, {hand}: from {} bytes", bytes.len());
         let outcome = |run: &mut Run| run.finish(palmares_tasks::Reason::Stopped);
         assert_eq!(outcome(&mut other), outcome(&mut first), "{task}, {hand}: the count");
     }
@@ -154,7 +154,7 @@ fn forged_snapshots_are_refused_or_harmless() {
     let (mut unreadable, mut unfit, mut went_on) = (0, 0, 0);
     for (task, hand, noise) in [("balls", "softhand", Noise::Real), ("grasp", "reflex", Noise::None)] {
         let mut own = run(task, hand, 3, noise);
-        told(&mut own, 60);
+        events_of(&mut own, 60);
         let bytes = own.snapshot().to_bytes();
         let head = 1 + bytes.iter().position(|byte| *byte == b'\n').expect("a first line");
         let whole = unpacked(&bytes, head + DIGEST);

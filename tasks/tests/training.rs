@@ -3,7 +3,7 @@
 use palmares_models::catalogue::Catalogue;
 use palmares_models::hand::Hand;
 use palmares_tasks::run::SnapshotError;
-use palmares_tasks::training::{Options, Quantity, Shaper, Terms, open};
+use palmares_tasks::training::{Quantity, Shaper, Terms, TrainingOptions, open};
 use palmares_tasks::{Action, BaseTarget, Noise, Run, Seed, Sensing, Task};
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ fn own(task: &Arc<Task>, seed: u64) -> Run {
     Run::new(Arc::clone(task), hand("softhand"), Seed::from_u64(seed)).expect("a scene")
 }
 
-fn varied(task: &Arc<Task>, seed: u64, options: &Options) -> Run {
+fn varied(task: &Arc<Task>, seed: u64, options: &TrainingOptions) -> Run {
     open(task, &hand("softhand"), Seed::from_u64(seed), Noise::None, options).expect("a scene")
 }
 
@@ -113,7 +113,7 @@ fn the_potential_climbs_as_the_hand_comes_down_and_touches() {
 #[test]
 fn shaping_changes_no_bit() {
     let task = task("balls");
-    let (mut plain, mut shaped) = (own(&task, 3), varied(&task, 3, &Options::none(&task)));
+    let (mut plain, mut shaped) = (own(&task, 3), varied(&task, 3, &TrainingOptions::none(&task)));
     let mut shaper = Shaper::new(&shaped, None).expect("it has rewards");
     for _ in 0..100 {
         plain.step(&action(plain.tick())).expect("taken");
@@ -149,7 +149,7 @@ fn numbers(run: &Run) -> (Vec<[f64; 6]>, [f64; 7]) {
 #[test]
 fn a_variation_is_a_function_of_seed_and_options() {
     let task = task("balls");
-    let all = Options::none(&task)
+    let all = TrainingOptions::none(&task)
         .randomise_all(&task, &hand("softhand"))
         .and_then(|all| all.fraction(0.3))
         .expect("a part");
@@ -161,7 +161,8 @@ fn a_variation_is_a_function_of_seed_and_options() {
     let (other, elsewhere) = numbers(&varied(&task, 6, &all));
     assert!(objects.iter().zip(&other).all(|(a, b)| (0..4).all(|k| a[k] != b[k])) && base != elsewhere);
     // A quantity does not depend on the draw of another one.
-    let some = Options::none(&task).randomise(&task, &hand("softhand"), &["friction"]).expect("declared");
+    let some =
+        TrainingOptions::none(&task).randomise(&task, &hand("softhand"), &["friction"]).expect("declared");
     let (some, at) = numbers(&varied(&task, 5, &some));
     assert_eq!(some.len(), 10);
     for (a, b) in objects.iter().zip(&some) {
@@ -173,7 +174,7 @@ fn a_variation_is_a_function_of_seed_and_options() {
 #[test]
 fn factors_fill_their_ranges_and_keep_within() {
     let task = task("grasp");
-    let all = Options::none(&task).randomise_all(&task, &hand("softhand")).expect("declared");
+    let all = TrainingOptions::none(&task).randomise_all(&task, &hand("softhand")).expect("declared");
     let plain: Vec<_> = (0..40).map(|seed| numbers(&own(&task, seed))).collect();
     let (mut factors, mut shifts) = (Vec::new(), Vec::new());
     for (seed, (_, base)) in (0..).zip(&plain) {
@@ -210,14 +211,15 @@ fn factors_fill_their_ranges_and_keep_within() {
 #[test]
 fn sensors_err_by_the_factor_that_is_drawn() {
     let task = task("balls");
-    let options =
-        Options::none(&task).randomise(&task, &hand("softhand"), &["sensor_noise"]).expect("declared");
-    let base = |options: &Options, noise| {
+    let options = TrainingOptions::none(&task)
+        .randomise(&task, &hand("softhand"), &["sensor_noise"])
+        .expect("declared");
+    let base = |options: &TrainingOptions, noise| {
         let run = open(&task, &hand("softhand"), Seed::from_u64(5), noise, options).expect("a scene");
-        let seen = run.observe(Sensing::Sensors);
-        (seen.hand.column("base", "position"), run.digest())
+        let observation = run.observe(Sensing::Sensors);
+        (observation.hand.column("base", "position"), run.digest())
     };
-    let none = Options::none(&task);
+    let none = TrainingOptions::none(&task);
     let (exact, digest) = base(&none, Noise::None);
     let (real, same) = base(&none, Noise::Real);
     let (varied, too) = base(&options, Noise::Real);
@@ -235,11 +237,11 @@ fn a_varied_run_passes_for_none_of_the_task() {
     assert!(!own.task().is_varied());
     let mut hashes = vec![task.content_hash().to_owned()];
     for options in [
-        Options::none(&task).fraction(0.9),
-        Options::none(&task).fraction(0.5),
-        Options::none(&task).randomise(&task, &hand("softhand"), &["mass"]),
-        Options::none(&task).randomise(&task, &hand("softhand"), &["mass", "size"]),
-        Options::none(&task).randomise_all(&task, &hand("softhand")),
+        TrainingOptions::none(&task).fraction(0.9),
+        TrainingOptions::none(&task).fraction(0.5),
+        TrainingOptions::none(&task).randomise(&task, &hand("softhand"), &["mass"]),
+        TrainingOptions::none(&task).randomise(&task, &hand("softhand"), &["mass", "size"]),
+        TrainingOptions::none(&task).randomise_all(&task, &hand("softhand")),
     ] {
         let mut run = varied(&task, 5, &options.expect("valid"));
         assert!(run.task().is_varied() && run.task().name == "balls");
@@ -255,9 +257,10 @@ fn a_varied_run_passes_for_none_of_the_task() {
 #[test]
 fn longer_steps_continue_from_the_task_s_own_and_not_the_other_way() {
     let task = task("grasp");
-    let longer = |options: Options| options.longest_step(0.005).expect("allowed");
-    let mass = || Options::none(&task).randomise(&task, &hand("softhand"), &["mass"]).expect("declared");
-    let (mut run, mut coarse) = (own(&task, 5), varied(&task, 5, &longer(Options::none(&task))));
+    let longer = |options: TrainingOptions| options.longest_step(0.005).expect("allowed");
+    let mass =
+        || TrainingOptions::none(&task).randomise(&task, &hand("softhand"), &["mass"]).expect("declared");
+    let (mut run, mut coarse) = (own(&task, 5), varied(&task, 5, &longer(TrainingOptions::none(&task))));
     for tick in 0..20 {
         run.step(&action(tick)).expect("runs");
     }
@@ -268,8 +271,8 @@ fn longer_steps_continue_from_the_task_s_own_and_not_the_other_way() {
         coarse.step(&action(tick)).expect("runs");
     }
     let place = |run: &Run| run.world().state().base.translation;
-    let apart = (place(&run) - place(&coarse)).length();
-    assert!(apart < 1e-3, "{apart}");
+    let distance = (place(&run) - place(&coarse)).length();
+    assert!(distance < 1e-3, "{distance}");
     let other = Err(SnapshotError::Other { what: "task" });
     assert_eq!(run.restore(&coarse.snapshot()), other);
     let mut light = varied(&task, 5, &mass());
@@ -282,7 +285,7 @@ fn longer_steps_continue_from_the_task_s_own_and_not_the_other_way() {
 #[test]
 fn a_snapshot_of_another_scene_is_refused() {
     let task = task("grasp");
-    let drawn = Options::none(&task).randomise_all(&task, &hand("softhand")).expect("declared");
+    let drawn = TrainingOptions::none(&task).randomise_all(&task, &hand("softhand")).expect("declared");
     let longer = drawn.clone().longest_step(0.01).expect("allowed");
     let object = |run: &Run| {
         let object = run.scene().bodies.iter().find(|body| body.free).expect("one");
@@ -308,7 +311,7 @@ fn a_snapshot_of_another_scene_is_refused() {
 #[test]
 fn a_hand_is_drawn_for_each_run() {
     let (task, softhand) = (task("grasp"), hand("softhand"));
-    let none = || Options::none(&task);
+    let none = || TrainingOptions::none(&task);
     let all = none().randomise(&task, &softhand, &["hand"]).expect("uncertain");
     let one = none().randomise(&task, &softhand, &["hand_friction"]).expect("uncertain");
     let both = none().randomise(&task, &softhand, &["mass", "hand"]).expect("uncertain");
@@ -334,7 +337,7 @@ fn a_hand_is_drawn_for_each_run() {
     let text = include_str!("../grasp/task.toml");
     let text = text.replace("[training.randomise]", "[training.randomise]\nhand = true");
     let declares = Arc::new(Task::parse("x.toml", &text).expect("valid"));
-    let all = Options::none(&declares).randomise_all(&declares, &softhand).expect("uncertain");
+    let all = TrainingOptions::none(&declares).randomise_all(&declares, &softhand).expect("uncertain");
     assert_eq!(varied(&declares, 5, &all).hand().content_hash(), hashes[0]);
 }
 
@@ -345,7 +348,7 @@ fn fewer_objects_complete_a_run() {
         .replace("start = \"box_a\"", "start = \"box_b\"");
     let task = Arc::new(Task::parse("x.toml", &text).expect("valid"));
     for (part, count) in [(0.01, 1), (0.25, 3), (0.5, 5), (1.0, 10)] {
-        let mut run = varied(&task, 2, &Options::none(&task).fraction(part).expect("a part"));
+        let mut run = varied(&task, 2, &TrainingOptions::none(&task).fraction(part).expect("a part"));
         assert_eq!(run.objects().position.0.len(), count);
         run.step(&Action::default()).expect("taken");
         assert!(run.over().is_some());
@@ -356,7 +359,7 @@ fn fewer_objects_complete_a_run() {
 #[test]
 fn what_is_wrong_is_named() {
     let task = task("shelf");
-    let none = || Options::none(&task);
+    let none = || TrainingOptions::none(&task);
     let error =
         none().randomise(&task, &hand("softhand"), &["mass", "object_poses"]).expect_err("not declared");
     assert_eq!(
@@ -368,9 +371,9 @@ fn what_is_wrong_is_named() {
         assert!(none().fraction(part).expect_err("no part").contains("wanted a number above 0"));
     }
     let pan = self::task("pan");
-    let error = Options::none(&pan).fraction(0.5).expect_err("it needs its lid");
+    let error = TrainingOptions::none(&pan).fraction(0.5).expect_err("it needs its lid");
     assert!(error.contains("`pan` speaks of its objects one by one"), "{error}");
-    assert!(Options::none(&pan).fraction(1.0).expect("all of them").vary_nothing());
+    assert!(TrainingOptions::none(&pan).fraction(1.0).expect("all of them").vary_nothing());
     assert_eq!(Quantity::ALL.len(), 6);
     let balls = include_str!("../balls/task.toml");
     let grasp = include_str!("../grasp/task.toml");

@@ -24,7 +24,7 @@ type Error = Box<dyn std::error::Error + Send + Sync>;
 
 /// Opens realtime runs and reports how the server keeps up.
 #[derive(Parser, Clone, Debug)]
-struct Options {
+struct LoadTestOptions {
     /// The server's control socket
     #[arg(long, default_value = "ws://127.0.0.1:8080/v1/control")]
     url: String,
@@ -34,7 +34,7 @@ struct Options {
     /// How long each plays, s
     #[arg(long, default_value_t = 30.0)]
     seconds: f64,
-    /// What the first seconds of a session say is left out: others are still building their scenes, s
+    /// The first seconds of a session do not count: others are still building their scenes, s
     #[arg(long, default_value_t = 5.0)]
     warm_up: f64,
     /// Replays whose task, hand, seed and actions the sessions repeat, in turn; without one, SoftHands plough through the balls
@@ -47,7 +47,7 @@ struct Options {
 
 /// The fields of the server's messages that matter here.
 #[derive(Debug, Deserialize)]
-struct Told {
+struct Reply {
     op: String,
     #[serde(default)]
     tick: u64,
@@ -90,7 +90,7 @@ impl Client {
         Ok(self.0.send(Message::text(request.to_string())).await?)
     }
 
-    async fn next(&mut self) -> Result<Told, Error> {
+    async fn next(&mut self) -> Result<Reply, Error> {
         loop {
             match self.0.next().await.ok_or("the server closed the connection")?? {
                 Message::Text(text) => return Ok(serde_json::from_str(&text)?),
@@ -101,11 +101,11 @@ impl Client {
     }
 
     /// The next message that is no streamed observation.
-    async fn reply(&mut self, op: &str) -> Result<Told, Error> {
+    async fn reply(&mut self, op: &str) -> Result<Reply, Error> {
         loop {
-            let told = self.next().await?;
-            if told.op == op || told.op == "error" {
-                return Ok(told);
+            let reply = self.next().await?;
+            if reply.op == op || reply.op == "error" {
+                return Ok(reply);
             }
         }
     }
@@ -120,39 +120,41 @@ fn target(phase: f64, time_s: f64) -> Action {
     Action { base: Some(base), hand: Some(vec![0.5 + 0.5 * wave(1.9, 0.75)]), effort: None }
 }
 
-/// What a session does.
-enum Part {
+/// The actions of a session.
+enum SessionRole {
     Plough { phase: f64 },
     Repeat(Arc<Replay>),
 }
 
-impl Part {
+impl SessionRole {
     fn task(&self) -> &str {
         match self {
-            Part::Plough { .. } => "balls",
-            Part::Repeat(replay) => &replay.header.task,
+            SessionRole::Plough { .. } => "balls",
+            SessionRole::Repeat(replay) => &replay.header.task,
         }
     }
 
     fn hand(&self) -> &str {
         match self {
-            Part::Plough { .. } => "softhand",
-            Part::Repeat(replay) => &replay.header.hand,
+            SessionRole::Plough { .. } => "softhand",
+            SessionRole::Repeat(replay) => &replay.header.hand,
         }
     }
 
     fn seed(&self) -> Option<u64> {
         match self {
-            Part::Plough { phase } => Some(*phase as u64),
-            Part::Repeat(replay) => replay.header.seed_number,
+            SessionRole::Plough { phase } => Some(*phase as u64),
+            SessionRole::Repeat(replay) => replay.header.seed_number,
         }
     }
 
     /// The action after this tick. None after the last tick of the replay.
     fn action(&self, tick: u64) -> Option<Action> {
         match self {
-            Part::Plough { phase } => Some(target(*phase, tick as f64 * 0.01)),
-            Part::Repeat(replay) => replay.actions.get(tick as usize).map(|recorded| recorded.action.clone()),
+            SessionRole::Plough { phase } => Some(target(*phase, tick as f64 * 0.01)),
+            SessionRole::Repeat(replay) => {
+                replay.actions.get(tick as usize).map(|recorded| recorded.action.clone())
+            }
         }
     }
 }
@@ -162,15 +164,15 @@ fn read_replay(path: &Path) -> Result<Arc<Replay>, Error> {
     Ok(Arc::new(palmares_replay::read(&bytes).map_err(|error| format!("{}: {error}", path.display()))?))
 }
 
-async fn play(options: Options, number: u64, part: Part) -> Result<Course, Error> {
+async fn play(options: LoadTestOptions, number: u64, role: SessionRole) -> Result<Course, Error> {
     let mut course = Course::default();
     let mut client = Client::connect(&options.url).await?;
     client.send(&json!({"op": "hello", "id": 1, "client": format!("load {number}")})).await?;
     client.reply("welcome").await?;
     let sensing = if options.sensors { "sensors" } else { "truth" };
     let reset = json!({
-        "op": "reset", "id": 2, "task": part.task(), "hand": part.hand(), "mode": "realtime", "sensing": sensing,
-        "seed": part.seed(),
+        "op": "reset", "id": 2, "task": role.task(), "hand": role.hand(), "mode": "realtime", "sensing": sensing,
+        "seed": role.seed(),
     });
     client.send(&reset).await?;
     let opened = client.reply("obs").await?;
@@ -182,16 +184,16 @@ async fn play(options: Options, number: u64, part: Part) -> Result<Course, Error
     let start = Instant::now();
     let mut tick = 0;
     while start.elapsed().as_secs_f64() < options.seconds {
-        let told = client.next().await?;
-        if told.op == "error" {
-            return Err(format!("{told:?}").into());
+        let reply = client.next().await?;
+        if reply.op == "error" {
+            return Err(format!("{reply:?}").into());
         }
-        let Some(late_s) = told.late_s else { continue };
+        let Some(late_s) = reply.late_s else { continue };
         if start.elapsed().as_secs_f64() >= options.warm_up {
             course.late_s.push(late_s);
         }
-        tick = told.tick;
-        let Some(action) = part.action(tick) else { break };
+        tick = reply.tick;
+        let Some(action) = role.action(tick) else { break };
         client.send(&json!({"op": "act", "id": 10 + tick, "action": action})).await?;
     }
     course.speed = tick as f64 * 0.01 / start.elapsed().as_secs_f64();
@@ -206,15 +208,15 @@ async fn play(options: Options, number: u64, part: Part) -> Result<Course, Error
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Error> {
-    let options = Options::parse();
+    let options = LoadTestOptions::parse();
     let replays: Vec<_> = options.replay.iter().map(|path| read_replay(path)).collect::<Result<_, _>>()?;
     let mut sessions = Vec::new();
     for number in 0..options.sessions {
-        let part = match replays.len() {
-            0 => Part::Plough { phase: number as f64 },
-            count => Part::Repeat(replays[number as usize % count].clone()),
+        let role = match replays.len() {
+            0 => SessionRole::Plough { phase: number as f64 },
+            count => SessionRole::Repeat(replays[number as usize % count].clone()),
         };
-        sessions.push(tokio::spawn(play(options.clone(), number, part)));
+        sessions.push(tokio::spawn(play(options.clone(), number, role)));
         // Real teams do not come in the same moment.
         tokio::time::sleep(Duration::from_millis(100)).await;
     }

@@ -95,7 +95,7 @@ async fn time_granted_to_a_session_that_is_over_opens_it_again() {
 }
 
 #[tokio::test]
-async fn every_deed_is_recorded_and_what_was_refused_is_not() {
+async fn every_action_is_recorded_and_a_refused_one_is_not() {
     for cup in Official::each().await {
         cup.team("crabs");
         let again = json!({"team": "crabs"});
@@ -119,7 +119,7 @@ async fn every_deed_is_recorded_and_what_was_refused_is_not() {
 }
 
 #[tokio::test]
-async fn a_list_of_sessions_tells_their_clocks_as_they_stand() {
+async fn a_list_of_sessions_has_their_present_clocks() {
     for cup in Official::each().await {
         let token = cup.team("crabs");
         cup.open();

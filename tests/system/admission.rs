@@ -28,7 +28,7 @@ async fn silent_sockets_of_one_team_do_not_keep_another_out() {
 }
 
 #[tokio::test]
-async fn who_does_not_say_hello_is_asked_to_leave() {
+async fn a_client_without_hello_is_disconnected() {
     let server = Server::start_with(&["--hello-timeout-s", "1"]);
     let mut silent = Client::connect(&server).await;
     assert_error(&silent.next().await, "too_slow", true);
@@ -102,7 +102,7 @@ fn bodies_that_are_held_back_have_a_bound_all_together() {
     match before.zip(server.most_memory_mib()) {
         // The share of an address is 64 MiB, in buffers that grow by doubling.
         Some((before, after)) => assert!(after - before < 160, "{before} MiB grew to {after}"),
-        None => println!("LEFT OUT: this system does not tell a process's memory in /proc"),
+        None => println!("LEFT OUT: this system does not report a process's memory in /proc"),
     }
 }
 
@@ -160,16 +160,16 @@ async fn of_many_hellos_at_once_one_begins_and_the_others_hear_that_it_is_taken(
     for _ in 0..16 {
         clients.push(cup.connect(&token).await);
     }
-    let asked = clients.into_iter().map(|mut client| {
+    let pending = clients.into_iter().map(|mut client| {
         tokio::spawn(async move {
             let reply = client.ask(json!({"op": "hello", "client": "test"})).await;
             (client, reply)
         })
     });
-    let asked: Vec<_> = asked.collect();
+    let pending: Vec<_> = pending.collect();
     let mut begun = 0;
     let mut kept = Vec::new();
-    for answer in asked {
+    for answer in pending {
         let (client, reply) = answer.await.expect("an answer");
         match reply["op"].as_str() {
             Some("welcome") => begun += 1,

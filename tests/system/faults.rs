@@ -38,7 +38,7 @@ fn field<'a>(line: &'a str, name: &str) -> &'a str {
 }
 
 #[tokio::test]
-async fn a_failed_world_is_told_to_its_team_to_spectators_and_in_the_log() {
+async fn a_failed_world_is_reported_to_its_team_to_spectators_and_in_the_log() {
     let (_folder, archive, limits) = impossible();
     let server = Server::start_with(&["--config", text(&limits), "--hand", text(&archive)]);
     let (mut client, _) = Client::greet(&server, "billion").await;
@@ -73,9 +73,13 @@ async fn a_failed_world_is_told_to_its_team_to_spectators_and_in_the_log() {
     let stored = get(&server, &format!("/v1/runs/{run_id}")).json();
     assert_eq!((&stored["note"], &stored["reason"]), (&result["note"], &json!("world_fault")), "{stored}");
     loop {
-        let told = viewer.next().await;
-        if told["op"] == "ended" {
-            assert_eq!((&told["outcome"], word(&told["fault"])), (&Value::Null, fault.as_str()), "{told}");
+        let message = viewer.next().await;
+        if message["op"] == "ended" {
+            assert_eq!(
+                (&message["outcome"], word(&message["fault"])),
+                (&Value::Null, fault.as_str()),
+                "{message}"
+            );
             break;
         }
     }
@@ -92,9 +96,9 @@ async fn a_failed_world_is_told_to_its_team_to_spectators_and_in_the_log() {
     server.signal("TERM");
     let (_, log, _) = server.wait();
     let line = log.lines().find(|line| line.contains("world fault")).unwrap_or_else(|| panic!("{log}"));
-    let told = ["run", "fault", "tick", "task", "hand", "seed"].map(|name| field(line, name));
+    let logged = ["run", "fault", "tick", "task", "hand", "seed"].map(|name| field(line, name));
     let tick = tick.to_string();
-    assert_eq!(told, [run_id.as_str(), fault.as_str(), tick.as_str(), "grasp", "billion", "5"], "{line}");
+    assert_eq!(logged, [run_id.as_str(), fault.as_str(), tick.as_str(), "grasp", "billion", "5"], "{line}");
     let step: u64 = field(line, "step").parse().expect("a number");
     assert!(step <= 10 * tick.parse::<u64>().expect("a number"), "{line}");
     assert!(line.contains("why=") && line.contains("try "), "{line}");

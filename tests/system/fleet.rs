@@ -217,21 +217,21 @@ fn moving(tick: u64) -> Value {
 
 /// Steps a run of the hand `pinch`; returns the observations' state of the hand, which is the same in another process.
 async fn play(client: &mut Client, from: u64, to: u64) -> Vec<Value> {
-    let mut seen = Vec::new();
+    let mut hands = Vec::new();
     for tick in from..to {
         let obs = client.ask(moving(tick)).await;
         assert_eq!((&obs["op"], &obs["tick"]), (&json!("obs"), &json!(tick + 1)), "{obs}");
-        seen.push(obs["hand"].clone());
+        hands.push(obs["hand"].clone());
     }
-    seen
+    hands
 }
 
 /// Waits until the run of the welcome is here, and checks that it has gone back by no more than is promised. In real time it can be ahead
 /// of the last observation that has arrived.
-fn went_back_to(welcome: &Value, run_id: &Value, seen: u64) -> u64 {
+fn went_back_to(welcome: &Value, run_id: &Value, reached: u64) -> u64 {
     assert_eq!(&welcome["run"]["run_id"], run_id, "{welcome}");
     let tick = welcome["run"]["tick"].as_u64().expect("a tick");
-    assert!(seen.saturating_sub(tick) <= 25, "from {seen} to {tick}");
+    assert!(reached.saturating_sub(tick) <= 25, "from {reached} to {tick}");
     tick
 }
 
@@ -241,7 +241,7 @@ async fn a_lockstep_run_continues_on_another_host_bit_for_bit() {
     let (mut client, welcome) = first.greet(&team).await;
     let obs = client.ask(json!({"op": "reset", "task": "balls", "hand": "pinch"})).await;
     assert_eq!(obs["op"], "obs", "{obs}");
-    let seen = play(&mut client, 0, 230).await;
+    let played = play(&mut client, 0, 230).await;
     let before = client.ask(json!({"op": "time"})).await;
     let first_folder = first.server.folder().to_owned();
     let keys = ["seed.secret", "signing.key", "organizer.token"]
@@ -254,8 +254,8 @@ async fn a_lockstep_run_continues_on_another_host_bit_for_bit() {
     let elapsed = |time: &Value| time["elapsed_s"].as_f64().expect("seconds");
     assert!(elapsed(&after) < elapsed(&before) + 0.5, "the outage costs nothing: {before} {after}");
     // The same steps give the same observations.
-    assert_eq!(play(&mut client, tick, 230).await, seen[tick as usize..]);
-    let seen = play(&mut client, 230, 260).await;
+    assert_eq!(play(&mut client, tick, 230).await, played[tick as usize..]);
+    let played = play(&mut client, 230, 260).await;
     // Another one: a host that stops in good order loses no tick.
     let third = {
         let folder = TempDir::new().expect("temporary directory");
@@ -274,7 +274,7 @@ async fn a_lockstep_run_continues_on_another_host_bit_for_bit() {
     assert_eq!(went_back_to(&again, &obs["run_id"], 260), 260);
     // A client that missed the last observation gets it from this host, too; the world makes no tick for it.
     let missed = client.ask(moving(259)).await;
-    assert_eq!((&missed["tick"], &missed["hand"]), (&json!(260), &seen[29]), "{missed}");
+    assert_eq!((&missed["tick"], &missed["hand"]), (&json!(260), &played[29]), "{missed}");
     client.refused(moving(259), "stale_tick").await;
     play(&mut client, 260, 300).await;
     let result = client.ask(json!({"op": "stop"})).await;
@@ -319,16 +319,16 @@ async fn a_realtime_run_continues_on_another_host() {
     let reset = json!({"op": "reset", "task": "balls", "hand": "pinch", "mode": "realtime"});
     let obs = client.ask(reset).await;
     assert_eq!(obs["op"], "obs", "{obs}");
-    let mut seen = 0;
-    while seen < 150 {
+    let mut reached = 0;
+    while reached < 150 {
         let streamed = client.streamed().await;
-        seen = streamed["tick"].as_u64().expect("a tick");
+        reached = streamed["tick"].as_u64().expect("a tick");
         assert!(streamed.get("resumed").is_none(), "{streamed}");
     }
     let began = Instant::now();
     drop(first.server.kill());
     let (mut client, again) = resumed(&second, &team, &welcome["resume_token"]).await;
-    let tick = went_back_to(&again, &obs["run_id"], seen);
+    let tick = went_back_to(&again, &obs["run_id"], reached);
     let next = client.streamed().await;
     assert!(began.elapsed() < 2 * TAKEN_OVER, "{:?}", began.elapsed());
     // It stood until its client was back.

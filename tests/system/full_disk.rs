@@ -183,10 +183,10 @@ async fn moments(event: &mut Event) {
     event.fill().await;
     play(&mut client, 100, 1200).await;
     let time = client.ask(json!({"op": "time"})).await;
-    let told = event.stopped(&mut client).await;
+    let answer = event.stopped(&mut client).await;
     event.disk.free();
-    let result = match told {
-        Some(told) => told,
+    let result = match answer {
+        Some(answer) => answer,
         None => event.stopped_in_time(&mut client).await,
     };
     let after = client.ask(json!({"op": "time"})).await;
@@ -212,9 +212,9 @@ async fn moments(event: &mut Event) {
     // The client waits.
     let mut client = event.playing(100).await;
     event.fill().await;
-    let told = event.stopped(&mut client).await;
+    let answer = event.stopped(&mut client).await;
     event.disk.free();
-    if told.is_none() {
+    if answer.is_none() {
         event.stopped_in_time(&mut client).await;
     }
     drop(client);

@@ -15,7 +15,7 @@ async fn play(server: &Server, team: &str, runs: u64) {
 }
 
 #[tokio::test]
-async fn an_empty_leaderboard_tells_how_to_start() {
+async fn an_empty_leaderboard_says_how_to_start() {
     let server = Server::start();
     assert_eq!(get(&server, "/v1/leaderboard").json()["rows"], json!([]));
     let page = get(&server, "/");

@@ -69,7 +69,7 @@ async fn a_full_server_refuses_another_world_and_takes_it_later() {
 }
 
 #[tokio::test]
-async fn who_asks_too_often_is_told_to_wait_and_may_go_on() {
+async fn a_client_with_too_many_requests_has_to_wait_and_may_go_on() {
     // One request per second and two at once: the third in a row comes too early on any machine.
     let server = Server::start_with(&["--max-requests-per-s", "1"]);
     let (mut client, _) = Client::greet(&server, "hasty").await;

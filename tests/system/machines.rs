@@ -191,8 +191,8 @@ async fn a_rake_within_the_limits_is_shown_with_its_numbers_and_earns_nothing_by
 
     let out = cup.admin(&["hand", "approve", &id]);
     assert!(out.status.success());
-    let told = text(&out.stderr);
-    assert!(told.contains("beyond the program's hands: ") && told.contains("(friction; "), "{told}");
+    let printed = text(&out.stderr);
+    assert!(printed.contains("beyond the program's hands: ") && printed.contains("(friction; "), "{printed}");
 }
 
 #[tokio::test]

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-/// What an organizer has before the first `kubectl apply`.
+/// The files of an organizer before the first `kubectl apply`.
 struct Prepared {
     manifests: Manifests,
     /// The folder of the database's socket.

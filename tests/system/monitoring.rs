@@ -119,7 +119,7 @@ fn prometheus_scrapes_the_hosts() {
     let up = prometheus.until("up{job=\"palmares\"}", &["1"]);
     assert_eq!(up[0].0["instance"], server.address());
     assert_eq!(prometheus.faulty(), Vec::<String>::new());
-    // What the alerts count is there from the start.
+    // The metrics that the alerts count are there from the start.
     for metric in [
         "palmares_refusals_total{code=\"internal\"}",
         "palmares_verification_stuck",

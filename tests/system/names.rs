@@ -9,7 +9,7 @@ use sqlx::{ConnectOptions, Connection};
 const LOOKALIKE: &str = "crаbs";
 
 #[tokio::test]
-async fn organizers_add_no_team_that_cannot_be_seen_or_looks_like_another() {
+async fn organizers_add_no_team_with_an_invisible_name_or_one_that_looks_like_another() {
     for cup in Official::each().await {
         cup.team("crabs");
         let add = |name: &str| cup.post("/v1/admin/team/add", &cup.organizer, &json!({"team": name}));
@@ -35,7 +35,7 @@ async fn organizers_add_no_team_that_cannot_be_seen_or_looks_like_another() {
 }
 
 #[tokio::test]
-async fn in_practice_a_look_alike_is_told_and_what_cannot_be_seen_is_refused() {
+async fn in_practice_a_look_alike_is_reported_and_an_invisible_name_is_refused() {
     let server = Server::start();
     let (_, welcome) = Client::greet(&server, "crabs").await;
     assert!(welcome["note"].is_null(), "{welcome}");

@@ -64,7 +64,7 @@ fn every_address_of_the_document_is_there() {
 }
 
 #[test]
-fn health_tells_a_server_that_is_ready_from_one_that_is_gone() {
+fn health_differs_between_a_ready_server_and_one_that_is_gone() {
     let server = Server::start();
     let url = format!("http://{}", server.address());
     let health = || Command::new(program()).args(["health", "--url", &url]).output().expect("palmares runs");

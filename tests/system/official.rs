@@ -45,8 +45,12 @@ async fn a_revoked_token_closes_its_socket_and_the_new_one_takes_the_session_up(
         let (mut client, welcome, _) = cup.playing(&old).await;
         client.goes_on(0).await;
         let new = text(&cup.order("team/rotate", json!({"team": "crabs", "reason": "leaked"}))["token"]);
-        let told = client.next().await;
-        assert_eq!((&told["code"], &told["fatal"]), (&json!("not_authorized"), &json!(true)), "{told}");
+        let refusal = client.next().await;
+        assert_eq!(
+            (&refusal["code"], &refusal["fatal"]),
+            (&json!("not_authorized"), &json!(true)),
+            "{refusal}"
+        );
         assert_eq!(client.closed().await, (4401, "not_authorized".into()));
         assert_eq!(cup.refused(cup.handshake("/v1/control", &old)).await, 401);
         let (mut client, back) = cup.greet(&new).await;
@@ -96,7 +100,7 @@ async fn seeds_are_hidden_the_same_for_all_and_new_in_every_run() {
         assert_eq!((&run["seed"], &run["seed_hex"]), (&Value::Null, &Value::Null), "{run}");
         assert_eq!(run["k"], 1, "{run}");
         assert!(run["events"].is_array() && run["session_id"].is_string(), "one may know one's own: {run}");
-        // Of other teams one sees the leaderboard.
+        // A team sees only the leaderboard of other teams.
         for answer in [get(&cup.server, &path), cup.get(&path, &eels)] {
             assert!(answer.body.contains("a token of the run's team"), "{}", answer.body);
             answer.assert_problem(403, "forbidden");
@@ -262,7 +266,7 @@ async fn no_secret_stands_in_the_log_or_in_an_answer() {
     for hidden in
         [half(&token), half(&organizer), secret.trim().to_owned(), seed, text(&welcome["resume_token"])]
     {
-        assert!(!log.contains(&hidden), "the log tells {hidden}");
+        assert!(!log.contains(&hidden), "the log has {hidden}");
         assert!(!tokens.contains(&hidden));
     }
 }

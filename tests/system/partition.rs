@@ -14,14 +14,14 @@ use tokio::time::{sleep, timeout};
 
 /// The network, as its connections find it.
 #[derive(Clone, Copy, Default)]
-struct State {
+struct NetworkState {
     cuts: u32,
     cut: bool,
 }
 
-/// A network between server and database. What is sent in a cut is lost, and a connection from before it stays silent.
+/// A network between server and database. Bytes that are sent in a cut are lost, and a connection from before it stays silent.
 struct Network {
-    state: watch::Sender<State>,
+    state: watch::Sender<NetworkState>,
     url: String,
 }
 
@@ -32,7 +32,7 @@ impl Network {
         let socket = format!("{}/.s.PGSQL.5432", host.replace("%2F", "/"));
         let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
         let port = listener.local_addr().expect("bound").port();
-        let (state, states) = watch::channel(State::default());
+        let (state, states) = watch::channel(NetworkState::default());
         // A runtime of its own: tests block theirs.
         thread::spawn(move || {
             let runtime =
@@ -49,7 +49,7 @@ impl Network {
     }
 
     fn cut(&self) {
-        self.state.send_modify(|state| *state = State { cuts: state.cuts + 1, cut: true });
+        self.state.send_modify(|state| *state = NetworkState { cuts: state.cuts + 1, cut: true });
     }
 
     fn heal(&self) {
@@ -58,8 +58,8 @@ impl Network {
 }
 
 /// Passes on what a connection carries, until the next cut; then nothing, and it stays open.
-async fn pass(mut connection: TcpStream, socket: String, mut states: watch::Receiver<State>) {
-    let State { cuts, cut } = *states.borrow();
+async fn pass(mut connection: TcpStream, socket: String, mut states: watch::Receiver<NetworkState>) {
+    let NetworkState { cuts, cut } = *states.borrow();
     let mut database = UnixStream::connect(socket).await.expect("connects");
     if !cut {
         tokio::select! {

@@ -125,8 +125,8 @@ async fn the_world_goes_on_while_its_client_is_away() {
     let tick = back["run"]["tick"].as_u64().expect("a tick");
     assert_eq!((&back["run"]["open"], &back["run"]["mode"]), (&json!(true), &json!("realtime")), "{back}");
     assert!(tick > 0, "{back}");
-    let seen = again.streamed().await;
-    assert!(tick_of(&seen) + 1 >= tick && seen["run_id"] == opened["run_id"], "{seen}");
+    let streamed = again.streamed().await;
+    assert!(tick_of(&streamed) + 1 >= tick && streamed["run_id"] == opened["run_id"], "{streamed}");
     let ack = again.ask(act(0.3)).await;
     assert!(tick_of(&ack) > tick, "{ack}");
     assert_eq!(again.ask(json!({"op": "stop"})).await["reason"], "stopped");

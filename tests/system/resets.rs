@@ -56,8 +56,8 @@ async fn a_cost_that_no_session_can_pay_is_refused() {
     std::fs::write(&file, "mode = \"official\"\nsession_s = 10\n").expect("rules");
     let mut command = std::process::Command::new(crate::harness::program());
     let output = command.args(["serve", "--config"]).arg(&file).output().expect("palmares runs");
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && told.contains("reset_cost_s = 10"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && printed.contains("reset_cost_s = 10"), "{printed}");
 }
 
 #[tokio::test]

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 /// A socket and an encoding of its messages.
 #[derive(Clone, Copy, Debug)]
-struct Kind {
+struct SocketKind {
     path: &'static str,
     subprotocol: &'static str,
     /// A request that is always answered.
@@ -16,14 +16,14 @@ struct Kind {
     opcode: u8,
 }
 
-const KINDS: [Kind; 4] = [
-    Kind { path: "/v1/control", subprotocol: "palmares.v1.json", op: "time", opcode: TEXT },
-    Kind { path: "/v1/control", subprotocol: "palmares.v1.msgpack", op: "time", opcode: BINARY },
-    Kind { path: "/v1/watch", subprotocol: "palmares.v1.json", op: "list", opcode: TEXT },
-    Kind { path: "/v1/watch", subprotocol: "palmares.v1.bin", op: "list", opcode: TEXT },
+const KINDS: [SocketKind; 4] = [
+    SocketKind { path: "/v1/control", subprotocol: "palmares.v1.json", op: "time", opcode: TEXT },
+    SocketKind { path: "/v1/control", subprotocol: "palmares.v1.msgpack", op: "time", opcode: BINARY },
+    SocketKind { path: "/v1/watch", subprotocol: "palmares.v1.json", op: "list", opcode: TEXT },
+    SocketKind { path: "/v1/watch", subprotocol: "palmares.v1.bin", op: "list", opcode: TEXT },
 ];
 
-impl Kind {
+impl SocketKind {
     /// A request with an id.
     fn request(self, id: u64) -> Vec<u8> {
         let request = json!({"op": self.op, "id": id});
@@ -54,7 +54,7 @@ fn fragments(opcode: u8, message: &[u8], bytes: usize) -> Vec<Frame> {
     message.chunks(bytes).enumerate().map(frame).collect()
 }
 
-/// What must come from the server.
+/// The message that must come from the server.
 #[derive(Clone, Debug)]
 enum Expected {
     /// A message with this id.
@@ -93,7 +93,7 @@ impl Cases {
 }
 
 /// Group 1: lengths of messages.
-fn framing(kind: Kind, cases: &mut Cases) {
+fn framing(kind: SocketKind, cases: &mut Cases) {
     cases.add("1 whole", &[kind.whole(1)], &[Reply(1)]);
     cases.add_chopped("1 byte by byte", &[kind.whole(1)], &[Reply(1)]);
     cases.add("1 two in a row", &[kind.whole(1), kind.whole(2)], &[Reply(1), Reply(2)]);
@@ -121,14 +121,14 @@ fn framing(kind: Kind, cases: &mut Cases) {
 }
 
 /// A request of this many bytes: JSON allows white space at the end.
-fn padded(kind: Kind, bytes: usize) -> Vec<u8> {
+fn padded(kind: SocketKind, bytes: usize) -> Vec<u8> {
     let mut request = kind.request(1);
     request.resize(bytes, b' ');
     request
 }
 
 /// Group 2: pings and pongs.
-fn pings(kind: Kind, cases: &mut Cases) {
+fn pings(kind: SocketKind, cases: &mut Cases) {
     let all: Vec<u8> = (0..125).map(|k| 255 - k).collect();
     for payload in [&b""[..], b"Hello", &[0, 255, 254, 253], &all] {
         let frames = [Frame::new(PING, payload)];
@@ -146,7 +146,7 @@ fn pings(kind: Kind, cases: &mut Cases) {
 }
 
 /// Groups 3 and 4: reserved bits and opcodes.
-fn reserved(kind: Kind, cases: &mut Cases) {
+fn reserved(kind: SocketKind, cases: &mut Cases) {
     let then = |frame: Frame| [kind.whole(1), frame, Frame::new(PING, b"late")];
     for bits in 1..8 {
         let expected = [Reply(1), Close(Some(1002))];
@@ -171,7 +171,7 @@ fn reserved(kind: Kind, cases: &mut Cases) {
 }
 
 /// Groups 5 and 10: fragments.
-fn fragmentation(kind: Kind, cases: &mut Cases) {
+fn fragmentation(kind: SocketKind, cases: &mut Cases) {
     let violation = [Close(Some(1002))];
     cases.add("5 unfinished ping", &[Frame::new(PING, b"x").unfinished()], &violation);
     cases.add("5 unfinished pong", &[Frame::new(PONG, b"x").unfinished()], &violation);
@@ -213,7 +213,7 @@ fn fragmentation(kind: Kind, cases: &mut Cases) {
 }
 
 /// Group 6: text.
-fn text(kind: Kind, cases: &mut Cases) {
+fn text(kind: SocketKind, cases: &mut Cases) {
     if kind.opcode != TEXT {
         return;
     }
@@ -262,7 +262,7 @@ fn text(kind: Kind, cases: &mut Cases) {
 }
 
 /// Group 7: closing.
-fn closing(kind: Kind, cases: &mut Cases) {
+fn closing(kind: SocketKind, cases: &mut Cases) {
     let normal = || Frame::close(1000, b"");
     let closed = Close(Some(1000));
     cases.add("7 after a request", &[kind.whole(1), normal()], &[Reply(1), closed.clone()]);
@@ -294,7 +294,7 @@ fn closing(kind: Kind, cases: &mut Cases) {
     }
 }
 
-fn message(kind: Kind, got: &Got) -> Option<Value> {
+fn message(kind: SocketKind, got: &Got) -> Option<Value> {
     match got {
         Got::Text(text) if kind.opcode == TEXT => serde_json::from_str(text).ok(),
         Got::Binary(bytes) if kind.opcode == BINARY => rmp_serde::from_slice(bytes).ok(),
@@ -303,7 +303,7 @@ fn message(kind: Kind, got: &Got) -> Option<Value> {
 }
 
 /// Whether the socket does what is expected; otherwise what it did.
-fn check(server: &Server, kind: Kind, case: &Case) -> Result<(), String> {
+fn check(server: &Server, kind: SocketKind, case: &Case) -> Result<(), String> {
     let mut socket = RawSocket::open(server, kind.path, kind.subprotocol);
     for piece in &case.sent {
         socket.send(piece);

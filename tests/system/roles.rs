@@ -58,7 +58,7 @@ const RULES: &[(&str, &str)] = &[
     ("get /v1/hands/{name}", OWN_HAND),
     ("post /v1/hands/{name}/equilibrium", OWN_HAND),
     ("get /v1/hands/{name}/visuals", OWN_HAND),
-    // Of other teams one sees the leaderboard, until the seeds are public.
+    // A team sees only the leaderboard of other teams, until the seeds are public.
     ("get /v1/runs/{id}", "403 401 401 401 401 . . 403 ."),
     ("get /v1/runs/{id}/replay", "403 401 401 401 401 403 403 403 ."),
     ("get /v1/sessions", "401 401 401 401 401 . . . ."),

@@ -55,7 +55,7 @@ async fn where_the_truth_is_not_shown_it_is_refused_and_a_run_on_sensors_is_reco
 #[tokio::test]
 async fn a_picture_is_the_same_in_every_run_of_a_seed_and_other_with_noise() {
     let server = Server::start();
-    let mut seen: Vec<Value> = Vec::new();
+    let mut images: Vec<Value> = Vec::new();
     for noise in ["none", "real", "real"] {
         let (mut client, _) = Client::greet(&server, "eyes").await;
         let request = with(with(practice_reset(), "noise", json!(noise)), "sensing", json!("sensors"));
@@ -67,12 +67,12 @@ async fn a_picture_is_the_same_in_every_run_of_a_seed_and_other_with_noise() {
         let bytes =
             |channel: &str| STANDARD.decode(image[channel].as_str().expect("pixels")).expect("base64").len();
         assert_eq!((bytes("depth"), bytes("rgb")), (2 * 320 * 240, 3 * 320 * 240));
-        seen.push(image);
+        images.push(image);
         client.ask(json!({"op": "stop"})).await;
     }
-    assert_eq!(seen[1], seen[2]);
-    assert_ne!(seen[0]["depth"], seen[1]["depth"]);
-    assert_eq!((&seen[0]["tick"], &seen[1]["tick"]), (&json!(20), &json!(10)));
+    assert_eq!(images[1], images[2]);
+    assert_ne!(images[0]["depth"], images[1]["depth"]);
+    assert_eq!((&images[0]["tick"], &images[1]["tick"]), (&json!(20), &json!(10)));
 }
 
 #[tokio::test]

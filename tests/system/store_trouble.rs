@@ -15,7 +15,7 @@ async fn hold(server: &Server) -> SqliteConnection {
 }
 
 #[tokio::test]
-async fn a_result_that_cannot_be_stored_is_not_lost_and_not_told() {
+async fn a_result_that_cannot_be_stored_is_not_lost_and_not_sent() {
     let server = Server::start();
     let (mut client, _) = Client::playing(&server, "patient").await;
     client.goes_on(0).await;
@@ -129,7 +129,7 @@ async fn a_run_that_cannot_be_stored_leaves_its_number_to_the_next() {
 
     let obs = client.settled(official_reset()).await;
     let path = format!("/v1/runs/{}", obs["run_id"].as_str().expect("an id"));
-    assert_eq!(cup.get(&path, &cup.organizer).json()["k"], 1, "nothing was seen of the scene");
+    assert_eq!(cup.get(&path, &cup.organizer).json()["k"], 1, "no part of the scene was shown");
 }
 
 #[tokio::test]

@@ -229,13 +229,13 @@ fn a_copy_of_each_task_is_a_task_of_ones_own() {
 fn a_copy_needs_a_task_of_the_program_and_a_name_of_its_own() {
     let into = TempDir::new().expect("temporary directory");
     let own = into.path().join("mine");
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (["task", "copy", "bals", text(&own)].as_slice(), "balls, shelf, grasp, pan, peg"),
         (&["task", "copy", "balls", text(&own), "--name", "pan"], "`pan` is a built-in task"),
         (&["task", "copy", "balls", text(&own), "--name", "a\"b"], "valid: 1 to 64 letters"),
     ] {
         let (code, printed) = palmares(arguments);
-        assert!(code != 0 && printed.contains(told), "{printed}");
+        assert!(code != 0 && printed.contains(expected), "{printed}");
         assert!(!own.exists(), "nothing is written");
     }
 }
@@ -263,7 +263,7 @@ fn ring() -> String {
 }
 
 #[test]
-fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
+fn a_mesh_with_a_hole_is_reported_decomposed_and_used() {
     let part = "{ shape = \"mesh\", file = \"ring.stl\", scale = [0.001, 0.001, 0.001] }";
     let with = |parts: &str| {
         TASK.replace("{ shape = \"box\", size = [0.04, 0.04, 0.04] }", parts)
@@ -282,8 +282,8 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     // If it cannot stay, the hull may be the reason.
     let aloft = folder(&with(part).replace("position = [0.0, 0.0, 0.0]", "position = [0.0, 0.0, 0.3]"));
     std::fs::write(aloft.path().join("ring.stl"), ring()).expect("written");
-    for asked in [&["task", "check", text(aloft.path())][..], &["task", "play", text(aloft.path())]] {
-        let (code, out) = palmares(asked);
+    for arguments in [&["task", "check", text(aloft.path())][..], &["task", "play", text(aloft.path())]] {
+        let (code, out) = palmares(arguments);
         assert_eq!(code, 1, "{out}");
         assert!(
             out.contains("did not stay") && out.contains("A possible cause: objects.own `cube`: part 0"),
@@ -291,13 +291,13 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
         );
     }
 
-    let take_apart = |more: &[&str]| palmares(&[&["task", "decompose", text(&mesh)], more].concat());
-    let (code, out) = take_apart(&["--pieces", "100"]);
+    let decompose = |more: &[&str]| palmares(&[&["task", "decompose", text(&mesh)], more].concat());
+    let (code, out) = decompose(&["--pieces", "100"]);
     assert!(code == 1 && out.contains("--pieces 100; valid: 1 to 64"), "{out}");
-    let (code, out) = take_apart(&["--scale", "-1"]);
+    let (code, out) = decompose(&["--scale", "-1"]);
     assert!(code != 0, "{out}");
     assert!(!own.path().join("ring_pieces").exists(), "nothing was written");
-    let (code, out) = take_apart(&["--json", "--pieces", "16", "--resolution", "48"]);
+    let (code, out) = decompose(&["--json", "--pieces", "16", "--resolution", "48"]);
     assert_eq!(code, 0, "{out}");
     let report: Value = serde_json::from_str(&out).expect("JSON");
     let number = |name: &str| report["fit"][name].as_f64().expect("a number");
@@ -323,16 +323,16 @@ fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
     let (code, out) = palmares(&["task", "decompose", text(&block)]);
     assert!(code == 1 && out.contains("block.stl is there already"), "{out}");
 
-    let (code, out) = take_apart(&[]);
+    let (code, out) = decompose(&[]);
     assert!(code == 1 && out.contains("ring_pieces exists; nothing was written"), "{out}");
-    let (code, out) = take_apart(&["--force", "--pieces", "16", "--resolution", "48"]);
+    let (code, out) = decompose(&["--force", "--pieces", "16", "--resolution", "48"]);
     assert_eq!(code, 0, "{out}");
     assert_eq!((bytes(1), bytes(pieces.len())), (first, last), "the same mesh, the same pieces");
-    for told in [
+    for expected in [
         "objects.own `cube`: in `parts`, replace the part with file = \"ring.stl\"",
         "of the mesh not covered",
     ] {
-        assert!(out.contains(told), "'{told}' is not in:\n{out}");
+        assert!(out.contains(expected), "'{expected}' is not in:\n{out}");
     }
 
     // The printed lines, in place of the part.
@@ -361,7 +361,7 @@ fn a_mesh_that_has_no_pieces_is_refused_by_name() {
         None => format!("{line}\n"),
     });
     let scale = ["--scale", "0.001"];
-    for (path, more, told) in [
+    for (path, more, expected) in [
         (file("open.stl", &open), &scale[..], "the mesh is not closed: "),
         (file("flat.stl", &flat.collect::<String>()), &scale, "the mesh spans no volume"),
         (file("mm.stl", &whole), &[], "for a mesh in millimetres use --scale 0.001"),
@@ -370,7 +370,7 @@ fn a_mesh_that_has_no_pieces_is_refused_by_name() {
     ] {
         let (code, out) = palmares(&[&["hand", "decompose", text(&path)], more].concat());
         let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
-        assert!(code == 1 && out.contains(told) && out.contains(name), "{name}: {out}");
+        assert!(code == 1 && out.contains(expected) && out.contains(name), "{name}: {out}");
     }
     assert_eq!(std::fs::read_dir(place.path()).expect("there").count(), 4, "nothing was written");
 }

@@ -88,7 +88,7 @@ async fn a_run_counts_again_and_its_time_is_taken_again() {
         assert_eq!(time(&mut client).await["simulated_s"], back["simulated_s"]);
         assert_eq!(ranking(&cup), before);
 
-        // Of a session that has ended.
+        // A run of a session that has ended.
         cup.order("session/end", json!({"session_id": welcome["session_id"]}));
         let void = act(&cup, "void", run_id)["session"].clone();
         let back = act(&cup, "unvoid", run_id)["session"].clone();

@@ -1,4 +1,4 @@
-//! What is no verdict.
+//! Outcomes that are no verdict.
 
 use crate::harness::{Official, get};
 use serde_json::json;

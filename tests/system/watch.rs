@@ -82,7 +82,7 @@ async fn a_viewer_sees_a_session_from_run_to_run() {
 }
 
 #[tokio::test]
-async fn whoever_comes_late_sees_the_present_and_no_seed_is_told() {
+async fn a_late_viewer_sees_the_present_and_no_seed() {
     let server = Server::start();
     let (mut player, _) = Client::greet(&server, "crabs").await;
     let secret = 8_675_309_421_337_u64;

@@ -194,7 +194,7 @@ fn near(a: &[f32], b: &[f32], most: f32) {
 }
 
 #[tokio::test]
-async fn binary_frames_tell_what_the_json_ones_tell() {
+async fn binary_frames_have_the_content_of_the_json_ones() {
     let server = Server::start();
     let (mut player, _) = Client::playing(&server, "crabs").await;
     let all = json!(["telemetry", "contacts", "verdicts"]);
@@ -233,11 +233,11 @@ async fn binary_frames_tell_what_the_json_ones_tell() {
             break poses;
         }
     };
-    for (shown, told) in shown.iter().zip(poses["poses"].as_array().expect("poses")) {
-        let told = numbers(told);
-        near(&shown[..3], &told[..3], 1e-4);
-        let dot: f32 = shown[3..].iter().zip(&told[3..]).map(|(a, b)| a * b).sum();
-        assert!(dot.abs() > 1.0 - 1e-5, "{shown:?} and {told:?}");
+    for (shown, sent) in shown.iter().zip(poses["poses"].as_array().expect("poses")) {
+        let sent = numbers(sent);
+        near(&shown[..3], &sent[..3], 1e-4);
+        let dot: f32 = shown[3..].iter().zip(&sent[3..]).map(|(a, b)| a * b).sum();
+        assert!(dot.abs() > 1.0 - 1e-5, "{shown:?} and {sent:?}");
     }
     let telemetry = &poses["telemetry"];
     near(&last.q, &numbers(&telemetry["q"]), 1e-6);
@@ -250,24 +250,24 @@ async fn binary_frames_tell_what_the_json_ones_tell() {
     assert_eq!((last.fingers.len(), last.touch.len()), (fingers.len(), 0));
     // Force and torque at the wrist.
     assert_eq!(last.readings.len(), 6);
-    for (told, finger) in last.fingers.iter().zip(fingers) {
-        near(&told[..3], &numbers(&finger["force"]), 1e-3);
-        near(&told[3..], &numbers(&finger["torque"]), 1e-3);
+    for (sent, finger) in last.fingers.iter().zip(fingers) {
+        near(&sent[..3], &numbers(&finger["force"]), 1e-3);
+        near(&sent[3..], &numbers(&finger["torque"]), 1e-3);
     }
     let contacts = poses["contacts"].as_array().expect("contacts");
     assert!(!contacts.is_empty(), "the hand is among the balls");
     assert_eq!(last.contacts.len(), contacts.len());
-    for ((a, b, place, used), told) in last.contacts.iter().zip(contacts) {
-        assert_eq!((json!(a), json!(b)), (told["a"].clone(), told["b"].clone()));
-        near(place, &[numbers(&told["position"]), numbers(&told["force"])].concat(), 1e-3);
-        let expected = (255.0 * told["use"].as_f64().expect("a number")).min(255.0);
-        assert!((f64::from(*used) - expected).abs() < 0.6, "{used} {told}");
+    for ((a, b, place, used), sent) in last.contacts.iter().zip(contacts) {
+        assert_eq!((json!(a), json!(b)), (sent["a"].clone(), sent["b"].clone()));
+        near(place, &[numbers(&sent["position"]), numbers(&sent["force"])].concat(), 1e-3);
+        let expected = (255.0 * sent["use"].as_f64().expect("a number")).min(255.0);
+        assert!((f64::from(*used) - expected).abs() < 0.6, "{used} {sent}");
     }
     assert_eq!(last.score, 0.0);
 }
 
 #[tokio::test]
-async fn a_viewer_is_told_how_time_goes_on_and_why_no_ball_counts_yet() {
+async fn a_viewer_gets_the_clock_and_the_reason_why_no_ball_counts_yet() {
     let server = Server::start();
     let (mut player, _) = Client::greet(&server, "crabs").await;
     let mut run = reset();

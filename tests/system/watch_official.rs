@@ -51,13 +51,13 @@ async fn a_run_is_watched_by_those_who_may_and_by_nobody_else() {
     let (mut eel, eel_welcome) = cup.greet(&eels).await;
     let feeling = eel.ask(reset("sensors")).await;
     assert!(feeling.get("truth").is_none(), "{feeling}");
-    let (seen, felt) = (text(&seeing["run_id"]), text(&feeling["run_id"]));
-    let mut both = vec![seen.clone(), felt.clone()];
+    let (seeing_run, feeling_run) = (text(&seeing["run_id"]), text(&feeling["run_id"]));
+    let mut both = vec![seeing_run.clone(), feeling_run.clone()];
     both.sort();
 
     let watchers: [(Option<&str>, Vec<String>); 5] = [
         (None, vec![]),
-        (Some(&crabs), vec![seen.clone()]),
+        (Some(&crabs), vec![seeing_run.clone()]),
         (Some(&eels), vec![]),
         (Some(&viewer), both.clone()),
         (Some(&cup.organizer), both),
@@ -65,7 +65,9 @@ async fn a_run_is_watched_by_those_who_may_and_by_nobody_else() {
     for (token, may) in watchers {
         let mut watcher = cup.watch(token).await;
         assert_eq!(listed(&mut watcher).await, may);
-        for (run, session) in [(&seen, &crab_welcome["session_id"]), (&felt, &eel_welcome["session_id"])] {
+        for (run, session) in
+            [(&seeing_run, &crab_welcome["session_id"]), (&feeling_run, &eel_welcome["session_id"])]
+        {
             for target in
                 [json!({"op": "subscribe", "run_id": run}), json!({"op": "subscribe", "session_id": session})]
             {
@@ -95,7 +97,7 @@ async fn a_run_is_watched_by_those_who_may_and_by_nobody_else() {
 }
 
 #[tokio::test]
-async fn watching_tells_no_seed_no_token_and_nothing_to_those_who_may_not() {
+async fn watching_shows_no_seed_no_token_and_nothing_to_those_who_may_not() {
     let cup = Official::start();
     let (crabs, eels) = (cup.team("crabs"), cup.team("eels"));
     let viewer = viewer_token(&cup);
@@ -130,12 +132,12 @@ async fn watching_tells_no_seed_no_token_and_nothing_to_those_who_may_not() {
     let secrets = [&run["seed_hex"], &welcome["resume_token"]].map(text);
     for secret in secrets.iter().chain([&crabs, &eels, &viewer, &cup.organizer]) {
         for heard in &heard {
-            assert!(heard.contains(&run_id) && !heard.contains(secret.as_str()), "a viewer is told {secret}");
+            assert!(heard.contains(&run_id) && !heard.contains(secret.as_str()), "a viewer gets {secret}");
         }
     }
     for heard in &heard {
         for field in ["seed", "token", "truth", "joints", "applied_action"] {
-            assert!(!heard.contains(&format!("\"{field}")), "a viewer is told {field}");
+            assert!(!heard.contains(&format!("\"{field}")), "a viewer gets {field}");
         }
     }
     // A viewer's token opens nothing else.
@@ -170,7 +172,7 @@ async fn a_team_that_watches_its_session_is_not_shown_its_runs_on_sensors() {
 }
 
 #[tokio::test]
-async fn a_revoked_viewer_is_told_and_closed() {
+async fn a_revoked_viewer_gets_an_error_and_is_closed() {
     let cup = Official::start();
     let token = cup.team("crabs");
     cup.open();
@@ -183,8 +185,8 @@ async fn a_revoked_viewer_is_told_and_closed() {
         assert!(reply["run_id"].is_string(), "{reply}");
     }
     cup.order("token/revoke", json!({"token_id": viewer["token_id"], "reason": "lost"}));
-    let told = until(&mut revoked, "error", &mut String::new()).await;
-    assert_error(&told, "not_authorized", true);
+    let error = until(&mut revoked, "error", &mut String::new()).await;
+    assert_error(&error, "not_authorized", true);
     assert_eq!(revoked.closed().await, (4401, "not_authorized".into()));
     assert_eq!(cup.refused(cup.handshake("/v1/watch", &text(&viewer["token"]))).await, 401);
     // Other connections continue; a team's new token ends what its old one watched.

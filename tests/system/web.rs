@@ -174,7 +174,7 @@ async fn announcement(viewer: &mut Client) -> Value {
 }
 
 #[tokio::test]
-async fn what_is_announced_is_kept_recorded_and_told_to_who_watches() {
+async fn an_announcement_is_kept_recorded_and_sent_to_viewers() {
     for cup in Official::each().await {
         let list = |cup: &Official| get(&cup.server, "/v1/announcements").json()["announcements"].clone();
         assert_eq!(list(&cup), json!([]));
@@ -183,9 +183,9 @@ async fn what_is_announced_is_kept_recorded_and_told_to_who_watches() {
         cup.post("/v1/admin/announcement", &team, &body).assert_problem(403, "forbidden");
         cup.post("/v1/admin/announcement", &cup.organizer, &json!({"text": "a\u{202e}b"}))
             .assert_problem(400, "bad_request");
-        let told = cup.order("announcement", body);
+        let shown = cup.order("announcement", body);
         assert_eq!(
-            (&told["id"], &told["text"]),
+            (&shown["id"], &shown["text"]),
             (&json!(1), &json!("Lunch at noon.\nThe shelf stays open."))
         );
         let records = cup.get("/v1/admin/audit", &cup.organizer).json()["records"].clone();
@@ -202,7 +202,7 @@ async fn what_is_announced_is_kept_recorded_and_told_to_who_watches() {
         // It outlives the server.
         let cup = cup.crashed();
         let texts: Vec<Value> =
-            list(&cup).as_array().expect("a list").iter().map(|told| told["text"].clone()).collect();
+            list(&cup).as_array().expect("a list").iter().map(|shown| shown["text"].clone()).collect();
         assert_eq!(texts, ["蟹 first", "Lunch at noon.\nThe shelf stays open."]);
         assert_eq!(announcement(&mut self::viewer(&cup).await).await["id"], 2);
     }

@@ -21,7 +21,7 @@ type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 
 /// Opens viewers on one run and reports what they cost.
 #[derive(Parser, Clone, Debug)]
-struct Options {
+struct ViewerTestOptions {
     /// The server
     #[arg(long, default_value = "ws://127.0.0.1:8080")]
     url: String,
@@ -76,8 +76,8 @@ async fn computed(url: &str) -> Result<[f64; 3], Error> {
     ])
 }
 
-/// Moves the hand about among the objects, by the clock, until told to end.
-async fn play(options: Options, end: Arc<AtomicBool>) -> Result<(), Error> {
+/// Moves the hand about among the objects, by the clock, until `end` is set.
+async fn play(options: ViewerTestOptions, end: Arc<AtomicBool>) -> Result<(), Error> {
     let mut socket = connect(&format!("{}/v1/control", options.url), "palmares.v1.json").await?;
     let send = |request: Value| Message::text(request.to_string());
     socket.send(send(json!({"op": "hello", "id": 1, "client": "viewers"}))).await?;
@@ -89,11 +89,11 @@ async fn play(options: Options, end: Arc<AtomicBool>) -> Result<(), Error> {
     while !end.load(Ordering::Relaxed) {
         let message = socket.next().await.ok_or("the server closed the connection")??;
         let Message::Text(text) = message else { continue };
-        let told: Value = serde_json::from_str(&text)?;
-        if told["op"] == "error" {
+        let message: Value = serde_json::from_str(&text)?;
+        if message["op"] == "error" {
             return Err(text.to_string().into());
         }
-        let Some(tick) = told["tick"].as_u64().filter(|_| told["op"] == "obs") else { continue };
+        let Some(tick) = message["tick"].as_u64().filter(|_| message["op"] == "obs") else { continue };
         let wave = |period_s: f64| (std::f64::consts::TAU * tick as f64 * 0.01 / period_s).sin();
         let base =
             json!({"linear": [0.1 * wave(2.3), 0.1 * wave(3.1), 0.1 * wave(1.7)], "angular": [0, 0, 0]});
@@ -111,7 +111,7 @@ struct Sent {
     frames: AtomicU64,
 }
 
-async fn view(options: Options, sent: Arc<Sent>) -> Result<(), Error> {
+async fn view(options: ViewerTestOptions, sent: Arc<Sent>) -> Result<(), Error> {
     let protocol = if options.json { "palmares.v1.json" } else { "palmares.v1.bin" };
     let mut socket = connect(&format!("{}/v1/watch", options.url), protocol).await?;
     let request = json!({"op": "subscribe", "id": 1, "featured": true, "overlays": options.overlays});
@@ -133,7 +133,7 @@ async fn view(options: Options, sent: Arc<Sent>) -> Result<(), Error> {
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Error> {
-    let options = Options::parse();
+    let options = ViewerTestOptions::parse();
     if options.only_watch {
         let crowd = (0..options.viewers).map(|_| view(options.clone(), Arc::default()));
         futures_util::future::try_join_all(crowd).await?;

@@ -56,7 +56,7 @@ class Team:
         self.run_id = ""
 
     def play(self) -> None:
-        """Play until told to stop."""
+        """Play until the stop file is there."""
         client: palmares.Client | None = None
         while not self.stop.exists():
             try:
@@ -84,7 +84,7 @@ class Team:
     def _finish(self, client: palmares.Client) -> None:
         """Close a run of which the client has lost track."""
         try:
-            self._result(client.stop(), asked=True)
+            self._result(client.stop(), by_client=True)
         except RunLostError as lost:
             self._lost(lost.result)
         except PalmaresError as error:
@@ -116,7 +116,7 @@ class Team:
         self.heard_s = time.monotonic()
         result = client.stop()
         self._heard(None)
-        self._result(result, asked=obs.tick >= ticks or self.stop.exists())
+        self._result(result, by_client=obs.tick >= ticks or self.stop.exists())
 
     @staticmethod
     def _target(tick: int, motors: int) -> tuple[BaseTarget, list[float]]:
@@ -133,17 +133,17 @@ class Team:
             self.tick = tick
         self.heard_s = now
 
-    def _result(self, result: Result, asked: bool) -> None:
-        """Report a result; `asked` is false if the server has ended the run by itself."""
+    def _result(self, result: Result, by_client: bool) -> None:
+        """Report a result; `by_client` is false if the server has ended the run by itself."""
         self.record.write(
             self.name, "result", run_id=result.run_id, score=result.score, status=result.status,
-            ticks=result.ticks, state_hash=result.state_hash, reason=result.reason, asked=asked,
+            ticks=result.ticks, state_hash=result.state_hash, reason=result.reason, by_client=by_client,
         )  # fmt: skip
 
     def _lost(self, result: Result | None) -> None:
         self._heard(None)
         if result is not None:
-            self._result(result, asked=False)
+            self._result(result, by_client=False)
         status = None if result is None else result.status
         self.record.write(self.name, "lost", run_id=self.run_id, status=status)
 

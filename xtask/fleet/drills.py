@@ -15,7 +15,7 @@ from fleet.shell import until
 # Longest pause of 99 of 100 clients in an upgrade, s, and the return of a host after its cut, s.
 PAUSE_P99_S = 1.0
 BACK_S = 2.0
-# What must be zero in the end.
+# These must be zero in the end.
 ZERO = ("acknowledged_lost", "counted_twice", "stale_accepted", "rejected", "stuck")
 FINISH_S = 45.0
 VERDICTS_S = 120.0

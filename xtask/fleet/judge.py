@@ -1,4 +1,4 @@
-"""What must hold in the end: every acknowledged result is stored, once, and verified."""
+"""The conditions of the end: every acknowledged result is stored, once, and verified."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def all_of(waits: dict[str, list[float]]) -> list[float]:
 
 
 def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
-    """Compare what the teams were told with what is stored."""
+    """Compare the replies that the teams got with what is stored."""
     assert fleet.postgres
     stored = {row["run_id"]: row for row in fleet.postgres.rows("SELECT * FROM runs")}
     sessions = fleet.postgres.rows("SELECT session_id, team, status FROM sessions")
@@ -103,7 +103,7 @@ def compare(fleet: Fleet, stuck: int) -> dict[str, Any]:
         "rejected": by_status["rejected"],
         "stuck": stuck + by_status["open"] + by_status["provisional"],
         "runs": dict(by_status),
-        "runs_cut": sum(not r["asked"] and r["reason"] not in ENDS for r in counted),
+        "runs_cut": sum(not r["by_client"] and r["reason"] not in ENDS for r in counted),
         "unacknowledged": sum(row["status"] in judged for row in stored.values()) - len(counted) + lost,
         "errors": dict(Counter(event["code"] for event in events if event["event"] == "error")),
         "runs_lost": sum(event["event"] == "lost" for event in events),

@@ -49,8 +49,8 @@ GAUGES = {
     "threads": "process_threads",
     "tasks": "process_tasks",
 }
-# What may be left, compared with before the first client. The pool of the database opens connections when it
-# needs them, each with two files at most.
+# At most so many may be left beyond those before the first client. The database pool opens connections
+# when it needs them, each with at most two files.
 LEFT = {"worlds": 0, "sessions": 0, "viewers": 0, "tasks": 0, "files": 8}
 
 

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::{env, process};
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct DemoOptions {
     /// Print the outcome as one JSON object on the last line.
     #[arg(long)]
     json: bool,
@@ -28,7 +28,7 @@ pub(crate) struct Options {
 }
 
 /// Builds, plays one run and prints its result.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &DemoOptions) -> Result<()> {
     eprintln!("== building the viewer");
     if let Err(error) = viewer::run() {
         eprintln!("the server is built without its viewer: {error:#}");

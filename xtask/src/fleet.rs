@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct FleetOptions {
     /// Take this program instead of building one.
     #[arg(long)]
     program: Option<PathBuf>,
@@ -23,7 +23,7 @@ pub(crate) struct Options {
 }
 
 /// Builds, prepares Python, Postgres, the proxy and the object store, and runs the command. False if it does not hold.
-pub(crate) fn run(options: &Options) -> Result<bool> {
+pub(crate) fn run(options: &FleetOptions) -> Result<bool> {
     let program = match &options.program {
         Some(program) => program.clone(),
         None => build_server(!options.debug)?,

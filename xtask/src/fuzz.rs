@@ -24,7 +24,7 @@ const MEMORY_MB: u32 = 2048;
 const KEPT_BYTES: u64 = 16 << 10;
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct FuzzOptions {
     /// A target, or `all`.
     target: String,
     /// Executions of each target.
@@ -39,7 +39,7 @@ pub(crate) struct Options {
 }
 
 /// Fuzzes; whether no fault was found.
-pub(crate) fn run(options: &Options) -> Result<bool> {
+pub(crate) fn run(options: &FuzzOptions) -> Result<bool> {
     let root = workspace::root();
     let known = targets(&root)?;
     let chosen: Vec<&String> =
@@ -133,7 +133,7 @@ impl<'a> Fuzzer<'a> {
     }
 
     /// Fuzzes in slices; after each it adds to the counts. Whether no fault was found.
-    fn run(&self, options: &Options) -> Result<bool> {
+    fn run(&self, options: &FuzzOptions) -> Result<bool> {
         let start = Instant::now();
         let mut done = 0;
         while done < options.executions {

@@ -47,13 +47,13 @@ struct Cli {
 #[derive(Subcommand)]
 enum Task {
     /// Build the server, let the example controller play one run, print the score and the leaderboard.
-    Demo(demo::Options),
+    Demo(demo::DemoOptions),
     /// Build the container image from source, start it with compose, play on it, stop and start it again.
-    Docker(docker::Options),
+    Docker(docker::DockerOptions),
     /// Several hosts with Postgres, an object store and a proxy on this machine, under faults and load; Linux, as root.
-    Fleet(fleet::Options),
+    Fleet(fleet::FleetOptions),
     /// Run libFuzzer on the readers of bytes from outside, and add to fuzz/executions.json.
-    Fuzz(fuzz::Options),
+    Fuzz(fuzz::FuzzOptions),
     /// Write docs/schema and the types of Python and TypeScript from the Rust types of messages and HTTP bodies.
     Generate,
     /// Run the pages in a browser: take the pictures of README and docs again, or measure the load of the pages.
@@ -63,19 +63,19 @@ enum Task {
         wanted: pages::Wanted,
     },
     /// Measure and write anew every page of measured results; continues where it stopped.
-    PagesOfRecord(pages_of_record::Options),
+    PagesOfRecord(pages_of_record::RecordPagesOptions),
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
-    Report(report::Options),
+    Report(report::ReportOptions),
     /// Make a version: change its number, build and check the files that are published.
-    Release(release::Options),
+    Release(release::ReleaseOptions),
     /// Run every test: Rust, Python and the viewer, formatting and lints.
-    Test(check::Options),
+    Test(check::TestOptions),
     /// Repeat published measurements on real hands; write docs/validation.
-    Validate(validate::Options),
+    Validate(validate::ValidateOptions),
     /// Build the pages' scripts, which the next build of the server includes.
     Viewer,
     /// Build the Python package with the engine, the program and its pages, into target/wheels.
-    Wheel(wheel::Options),
+    Wheel(wheel::WheelOptions),
 }
 
 fn main() -> ExitCode {

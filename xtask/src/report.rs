@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct ReportOptions {
     /// Few cases and steps, coarse references: under three minutes.
     #[arg(long)]
     quick: bool,
@@ -51,7 +51,7 @@ pub(crate) struct Options {
 }
 
 /// Builds `palmares-compare`, prepares MuJoCo if it can, runs the comparison and shows its progress.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &ReportOptions) -> Result<()> {
     eprintln!("== building palmares-compare");
     let program = build("palmares-compare", true)?;
     if options.search {
@@ -98,7 +98,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 }
 
 /// Searches the options of the other engines.
-fn search(options: &Options, program: &Path) -> Result<()> {
+fn search(options: &ReportOptions, program: &Path) -> Result<()> {
     let engines: Vec<&str> = options.engines.split(',').filter(|engine| *engine != "own").collect();
     let mut search = Command::new(program);
     search.current_dir(workspace::root()).args(["search", "--engines", &engines.join(",")]);

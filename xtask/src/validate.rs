@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct ValidateOptions {
     /// Steps of 2 ms and few placements: half a minute.
     #[arg(long)]
     quick: bool,
@@ -27,7 +27,7 @@ pub(crate) struct Options {
 }
 
 /// Builds `palmares-compare` and lets it measure.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &ValidateOptions) -> Result<()> {
     eprintln!("== building palmares-compare");
     let program = build("palmares-compare", true)?;
     let default = if options.quick { "target/validation" } else { "docs/validation" };

@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct WheelOptions {
     /// Build the source distribution, too.
     #[arg(long)]
     sdist: bool,
@@ -22,7 +22,7 @@ pub(crate) struct Options {
 }
 
 /// Builds the wheel for this machine, and the source distribution if wanted. On Windows the wheel has no server and no pages.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &WheelOptions) -> Result<()> {
     if !cfg!(windows) {
         eprintln!("== building the viewer");
         viewer::run()?;

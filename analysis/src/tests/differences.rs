@@ -70,7 +70,7 @@ fn the_hand_jacobian_is_the_derivative_of_the_contacts_positions() {
             let mut row = 0;
             for ((contact, more), less) in grasp.contacts.iter().zip(&more).zip(&less) {
                 let velocity = (more.point - less.point) / (2.0 * STEP);
-                // Of the two tangents' turn, the part about the normal is the spin.
+                // The spin is the part of the two tangents' turn about the normal.
                 let [n, t, o] = contact.axes();
                 let spin = (more.tangent - less.tangent).dot(o) / (2.0 * STEP);
                 let expected = [velocity.dot(n), velocity.dot(t), velocity.dot(o), spin];
@@ -371,7 +371,7 @@ fn stiffness_of_a_loaded_grasp_is_the_derivative_of_its_equilibrium() {
         assert!(shift.iter().chain(turn).all(|part| part.abs() < 0.5), "{}: {u:?}", hand.name);
 
         let close = |found: f64, expected: f64, scale: f64| (found - expected).abs() < 1e-6 * scale.max(1.0);
-        // Of a turn of the moved object to its small rotation in these axes: the same to first order about u.
+        // The turn of the moved object and its small rotation in these axes are the same to first order about u.
         let motion = |more: &DVector<f64>, less: &DVector<f64>, by: f64| -> Vec<f64> {
             let (a, b) = (moved_object(&more.as_slice()[n..]), moved_object(&less.as_slice()[n..]));
             let back = object().rotation.inverse();

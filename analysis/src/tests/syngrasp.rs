@@ -132,7 +132,7 @@ const INPUTS: [f64; 16] = [
 /// Base position, three joints and the last length of a finger.
 type Finger = ([f64; 2], [(f64, f64); 3], f64);
 
-/// Of each finger: x and y of its base, the twist and length of its first three links (Denavit and Hartenberg), the length of the last, mm.
+/// Each finger: x and y of its base, the twist and length of its first three links (Denavit and Hartenberg), the length of the last, mm.
 const FINGERS: [Finger; 5] = [
     ([-37.0, 45.0], [(-FRAC_PI_2, 0.0), (0.0, 25.0), (FRAC_PI_2, 15.0)], 10.0),
     ([-24.0, 73.0], [(-FRAC_PI_2, 0.0), (0.0, 37.0), (0.0, 30.0)], 15.0),

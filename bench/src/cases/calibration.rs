@@ -10,7 +10,7 @@
 //! full command with its motor on. Gravity is off: the object's weight is not published, and a sensor is zeroed with it.
 
 use super::case::{Case, Finding};
-use super::grasp_scene::{Lie, Scene, floating};
+use super::grasp_scene::{GraspStart, Lie, floating};
 use super::instrument::{Closing, Held, body, own, weightless};
 use super::setup::{Setup, steps};
 use crate::case_report::Figure;
@@ -94,7 +94,7 @@ fn close_on(
         gap_m: 1e-3,
         pedestal_friction: 0.0,
     };
-    let Scene { model, state, start } = floating(hand, weightless(setup.dt_s), &lie)?;
+    let GraspStart { model, state, start } = floating(hand, weightless(setup.dt_s), &lie)?;
     Held::close(setup, recorder, (model, state, start), &Closing::full(hand))
 }
 

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::scene::{
-    G, Scene, awake, cuboid, fastest, push, set_velocity, settle, tilted, velocity, weightless,
+    G, SceneBuilder, awake, cuboid, fastest, push, set_velocity, settle, tilted, velocity, weightless,
 };
 use super::setup::{Setup, steps};
 use crate::case_report::Figure;
@@ -55,7 +55,7 @@ pub fn hull_on_ground(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     let (mut worst, mut last): (f64, f64) = (0.0, 0.0);
     for n in SIDES {
         for ground in [true, false] {
-            let scene = Scene::new(awake(setup.dt_s))?;
+            let scene = SceneBuilder::new(awake(setup.dt_s))?;
             let scene = if ground { scene.ground(0.5) } else { scene.floor(0.5)? };
             let (mut engine, command) =
                 scene.body(prism(n), 0.2, 0.5, Pose::translation(0.0, 0.0, 0.01))?.start(setup)?;
@@ -77,7 +77,7 @@ pub fn hull_on_slope(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     for n in SIDES {
         for part in [0.9, 0.99] {
             for ground in [true, false] {
-                let scene = Scene::new(tilted(awake(setup.dt_s), part * 0.5))?;
+                let scene = SceneBuilder::new(tilted(awake(setup.dt_s), part * 0.5))?;
                 let scene = if ground { scene.ground(0.5) } else { scene.floor(0.5)? };
                 let (mut engine, command) =
                     scene.body(prism(n), 0.2, 0.5, Pose::translation(0.0, 0.0, 0.01))?.start(setup)?;
@@ -92,7 +92,7 @@ pub fn hull_on_slope(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
 }
 
 /// Flush slabs, n x n of them, that together are a plate of 2 m whose top is z = 0.
-fn slabs(mut scene: Scene, n: usize) -> Result<Scene> {
+fn slabs(mut scene: SceneBuilder, n: usize) -> Result<SceneBuilder> {
     let size = 2.0 / n as f64;
     for k in 0..n * n {
         let at = |i: usize| -1.0 + (i as f64 + 0.5) * size;
@@ -108,7 +108,7 @@ fn slabs(mut scene: Scene, n: usize) -> Result<Scene> {
 pub fn internal_edges(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mu, block) = (0.3, || cuboid(0.06, 0.06, 0.04));
     let mut worst: f64 = 0.0;
-    let scene = slabs(Scene::new(awake(setup.dt_s))?, 2)?;
+    let scene = slabs(SceneBuilder::new(awake(setup.dt_s))?, 2)?;
     let start = Pose::translation(-0.035, 0.1, 0.02);
     let (mut engine, command) = scene.body(block(), 0.3, mu, start)?.start(setup)?;
     settle(&mut *engine, &command, 0.3)?;
@@ -120,7 +120,7 @@ pub fn internal_edges(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     let way = engine.state().objects[0].translation.x + 0.035;
     worst = worst.max((way / (0.5 * 0.5 * mu * G * time * time) - 1.0).abs());
     for n in [1, 3, 7] {
-        let scene = slabs(Scene::new(awake(setup.dt_s))?, n)?;
+        let scene = slabs(SceneBuilder::new(awake(setup.dt_s))?, n)?;
         let start = Pose::translation(-0.5, -0.21, 0.02);
         let (mut engine, command) = scene.body(block(), 0.3, mu, start)?.start(setup)?;
         settle(&mut *engine, &command, 0.3)?;
@@ -129,7 +129,7 @@ pub fn internal_edges(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         recorder.steps(&mut *engine, &command, steps(1.2, setup.dt_s))?;
         let way = engine.state().objects[0].translation.distance(before);
         worst = worst.max((way / (4.0 / (2.0 * mu * G)) - 1.0).abs());
-        let scene = slabs(Scene::new(awake(setup.dt_s))?, n)?;
+        let scene = slabs(SceneBuilder::new(awake(setup.dt_s))?, n)?;
         let start = Pose::translation(-0.8, 0.03, 0.03);
         let (mut engine, command) =
             scene.body(Shape::Sphere { radius: 0.03 }, 0.1, mu, start)?.start(setup)?;
@@ -154,10 +154,10 @@ pub fn touching_faces(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         (prism(6), Rotation::IDENTITY, Vec3::Z * 0.02),
     ];
     let mut worst: f64 = 0.0;
-    for (shape, turn, apart) in rows {
-        let mut scene = Scene::new(weightless(setup.dt_s))?;
+    for (shape, turn, spacing) in rows {
+        let mut scene = SceneBuilder::new(weightless(setup.dt_s))?;
         for k in 0..5 {
-            scene = scene.body(shape.clone(), 0.1, 0.5, Pose::from_parts(apart * f64::from(k), turn))?;
+            scene = scene.body(shape.clone(), 0.1, 0.5, Pose::from_parts(spacing * f64::from(k), turn))?;
         }
         let (mut engine, command) = scene.start(setup)?;
         for _ in 0..100 {
@@ -172,7 +172,7 @@ pub fn touching_faces(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
 /// 0.175 m; 100 if a box tilted by 0.01 degrees off its edge has not fallen after 3 s. Bodies may sleep.
 pub fn slow_start(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let sleepy = palmares_sim::Config::with_step(setup.dt_s);
-    let (mut engine, command) = Scene::new(tilted(sleepy.clone(), 5e-4))?
+    let (mut engine, command) = SceneBuilder::new(tilted(sleepy.clone(), 5e-4))?
         .ground(0.5)
         .body(Shape::Sphere { radius: 0.03 }, 0.1, 0.5, Pose::translation(0.0, 0.0, 0.03))?
         .start(setup)?;
@@ -184,7 +184,7 @@ pub fn slow_start(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let radius = f64::hypot(half[0], half[1]);
     let turn = Rotation::from_rotation_y(libm::atan2(half[0], half[1]) + off);
     let at = Vec3::new(radius * sin, 0.0, radius * cos);
-    let (mut engine, command) = Scene::new(sleepy)?
+    let (mut engine, command) = SceneBuilder::new(sleepy)?
         .ground(0.8)
         .body(cuboid(2.0 * half[0], 0.06, 2.0 * half[1]), 0.1, 0.8, Pose::from_parts(at, turn))?
         .start(setup)?;

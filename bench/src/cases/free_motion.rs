@@ -5,7 +5,7 @@
 
 use super::case::{Case, Finding};
 use super::elliptic::{complete, incomplete};
-use super::scene::{Scene, cuboid, kinetic, set_velocity, spin, velocity, weightless};
+use super::scene::{SceneBuilder, cuboid, kinetic, set_velocity, spin, velocity, weightless};
 use super::setup::{Setup, ends_of_steps, steps};
 use crate::case_report::Figure;
 use crate::engine::Engine;
@@ -37,7 +37,7 @@ const TUMBLE: Vec3 = Vec3::new(0.1, 5.0, 0.1);
 
 fn thrown(setup: &Setup, config: Config, linear: Vec3, angular: Vec3) -> Result<(Box<dyn Engine>, Command)> {
     let (mut engine, command) =
-        Scene::new(config)?.body(cuboid(0.1, 0.4, 0.9), 10.0, 0.5, Pose::IDENTITY)?.start(setup)?;
+        SceneBuilder::new(config)?.body(cuboid(0.1, 0.4, 0.9), 10.0, 0.5, Pose::IDENTITY)?.start(setup)?;
     set_velocity(&mut *engine, 0, linear, angular);
     Ok((engine, command))
 }
@@ -132,7 +132,7 @@ pub fn box_flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 pub fn symmetric_top(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let disc = Shape::Cylinder { radius: 0.1, half_length: 0.01 };
     let (mut engine, command) =
-        Scene::new(weightless(setup.dt_s))?.body(disc, 1.0, 0.5, Pose::IDENTITY)?.start(setup)?;
+        SceneBuilder::new(weightless(setup.dt_s))?.body(disc, 1.0, 0.5, Pose::IDENTITY)?.start(setup)?;
     set_velocity(&mut *engine, 0, Vec3::ZERO, Vec3::new(2.0, 0.0, 20.0));
     let inertia = engine.model().objects()[0].inertia;
     let exact = (inertia.z_axis.z - inertia.x_axis.x) / inertia.x_axis.x * 20.0;

@@ -1,7 +1,7 @@
 //! Sliding and sticking on furniture, with textbook answers.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, awake, cuboid, push, set_velocity, settle, tilted, velocity};
+use super::scene::{G, SceneBuilder, awake, cuboid, push, set_velocity, settle, tilted, velocity};
 use super::setup::{Setup, steps};
 use crate::case_report::{Figure, Invariants};
 use crate::recorder::Recorder;
@@ -58,7 +58,7 @@ pub fn incline_critical(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
     let mu = 0.5;
     let at = Pose::translation(0.0, 0.0, 0.03);
     let block = |ratio: f64, degrees: f64| {
-        Scene::new(slope(setup.dt_s, ratio * mu, degrees))?
+        SceneBuilder::new(slope(setup.dt_s, ratio * mu, degrees))?
             .floor(mu)?
             .body(cuboid(0.06, 0.06, 0.06), 0.5, mu, at)?
             .start(setup)
@@ -101,7 +101,7 @@ pub fn slide_stop(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         let (sin, cos) = heading(degrees);
         let direction = Vec3::new(cos, sin, 0.0);
         let at = Pose::translation(0.0, 0.0, 0.1);
-        let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+        let (mut engine, command) = SceneBuilder::new(awake(setup.dt_s))?
             .floor(mu)?
             .body(cuboid(0.2, 0.2, 0.2), 1.0, mu, at)?
             .start(setup)?;
@@ -131,7 +131,7 @@ enum Ask {
 fn moves(setup: &Setup, recorder: &mut Recorder, mu: f64, ask: Ask, should_tip: bool) -> Result<bool> {
     let (b, height, mass) = (0.1, 0.2, 1.0);
     let tan = if let Ask::Slope(tan) = ask { tan } else { 0.0 };
-    let (mut engine, command) = Scene::new(tilted(awake(setup.dt_s), tan))?
+    let (mut engine, command) = SceneBuilder::new(tilted(awake(setup.dt_s), tan))?
         .floor(mu)?
         .body(cuboid(b, b, height), mass, mu, Pose::translation(0.0, 0.0, 0.5 * height))?
         .start(setup)?;
@@ -194,7 +194,7 @@ pub fn bead_between_plates(setup: &Setup, recorder: &mut Recorder) -> Result<Fin
     let plate = cuboid(10.0, 10.0, 0.1);
     let mut bead = Object::new("bead", vec![(Pose::IDENTITY, Shape::Sphere { radius })], mass, mu, 0.0)?;
     bead.inertia = Mat3::from_diagonal(Vec3::splat(1e3));
-    let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+    let (mut engine, command) = SceneBuilder::new(awake(setup.dt_s))?
         .fixed(&plate, Pose::translation(0.0, 0.0, -0.05), mu)?
         .fixed(&plate, Pose::translation(0.0, 0.0, 2.0 * 0.051 + 0.05), mu)?
         .object(bead, Pose::translation(0.0, 0.0, radius))?

@@ -1,7 +1,7 @@
 //! SoftHand grasps: close 0.5 s, lift 0.1 m in 1.5 s, hold 2 s, shake ±3 cm at 3 Hz for 2 s.
 
 use super::case::{Case, Finding};
-use super::grasp_scene::{Lie, Scene, before};
+use super::grasp_scene::{GraspStart, Lie, before};
 use super::setup::{Setup, moved, ramp, steps};
 use crate::case_report::{Figure, Invariants};
 use crate::engine::Engine;
@@ -119,8 +119,8 @@ pub fn cuboid(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 
 /// Whether a grasp in a placement is kept through lift, hold and shaking, with every step converged.
 pub fn kept(setup: &Setup, grasp: &Grasp, placement: Placement) -> Result<bool> {
-    let seen = play(setup, grasp, placement, SHAKEN, &mut Recorder::default())?.invariants;
-    Ok(seen.held == Some(true) && seen.newton_unconverged == Some(0))
+    let invariants = play(setup, grasp, placement, SHAKEN, &mut Recorder::default())?.invariants;
+    Ok(invariants.held == Some(true) && invariants.newton_unconverged == Some(0))
 }
 
 /// Speed at which the object creeps in the hand over 60 s of holding still.
@@ -138,7 +138,7 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
         let reference = fine
             .once(&name, |fine| Ok(play(fine, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?.trace));
         // A run can succeed although its fine run does not finish.
-        reference.ok().map(|reference| apart(&run.trace, &reference) * 1e3)
+        reference.ok().map(|reference| largest_distance(&run.trace, &reference) * 1e3)
     });
     Ok(Finding {
         error: Figure::from_own_fine_run("largest distance of the object from its own fine run", error, "mm"),
@@ -151,10 +151,10 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
 pub fn difference(a: &Setup, b: &Setup, grasp: &Grasp, recorder: &mut Recorder) -> Result<f64> {
     let first = play(a, grasp, CHOSEN, UNTIL_HELD, recorder)?;
     let second = play(b, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?;
-    Ok(apart(&first.trace, &second.trace))
+    Ok(largest_distance(&first.trace, &second.trace))
 }
 
-fn apart(a: &[Vec3], b: &[Vec3]) -> f64 {
+fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max)
 }
 
@@ -262,7 +262,7 @@ pub fn scene(
         // Friction of a pair is the geometric mean.
         pedestal_friction: ON_PEDESTAL.powi(2) / GLOVE,
     };
-    let Scene { model, state, start } = before(&Arc::new(hand), config, &lie)?;
+    let GraspStart { model, state, start } = before(&Arc::new(hand), config, &lie)?;
     Ok((model, state, start))
 }
 

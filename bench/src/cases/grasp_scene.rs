@@ -19,7 +19,7 @@ const PEDESTAL_M: f64 = 0.02;
 const ABOVE_M: f64 = 1e-5;
 
 /// A grasp ready to begin.
-pub struct Scene {
+pub struct GraspStart {
     /// Hand, pedestal and object.
     pub model: Model,
     /// At rest.
@@ -51,7 +51,7 @@ pub struct Lie {
 ///
 /// # Errors
 /// A shape without volume.
-pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
+pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<GraspStart> {
     scene(hand, config, lie, true)
 }
 
@@ -60,11 +60,11 @@ pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
 ///
 /// # Errors
 /// A shape without volume.
-pub fn floating(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
+pub fn floating(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<GraspStart> {
     scene(hand, config, lie, false)
 }
 
-fn scene(hand: &Arc<Hand>, config: Config, lie: &Lie, on_pedestal: bool) -> Result<Scene> {
+fn scene(hand: &Arc<Hand>, config: Config, lie: &Lie, on_pedestal: bool) -> Result<GraspStart> {
     let mut model = Model::new(config, Some(Arc::clone(hand)))?;
     let solid = |(pose, shape): &(Pose, Shape)| {
         let (parry, upright) = shape.to_parry().context("a part of the object has no volume")?;
@@ -113,5 +113,5 @@ fn scene(hand: &Arc<Hand>, config: Config, lie: &Lie, on_pedestal: bool) -> Resu
     }
     model.add_object(Arc::clone(&lie.object))?;
     let state = State::at_rest(&model, start, &[object]);
-    Ok(Scene { model, state, start })
+    Ok(GraspStart { model, state, start })
 }

@@ -1,7 +1,7 @@
 //! A gripper that is driven by forces alone lifts a ball and runs against its stop.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, cuboid, rigid};
+use super::scene::{G, SceneBuilder, cuboid, rigid};
 use super::setup::{Setup, ends_of_steps};
 use crate::case_report::Figure;
 use crate::recorder::Recorder;
@@ -107,7 +107,7 @@ fn exact(t: f64) -> f64 {
 /// those of rigid bodies.
 pub fn gripper_analytic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let config = bolted(rigid(setup.dt_s));
-    let (mut engine, mut command) = Scene::with_hand(config, Arc::new(gripper()?), Pose::IDENTITY)?
+    let (mut engine, mut command) = SceneBuilder::with_hand(config, Arc::new(gripper()?), Pose::IDENTITY)?
         .fixed(&cuboid(0.02, 0.02, 0.02), Pose::translation(0.0, 0.0, -RADIUS_M - 0.01), 0.0)?
         .fixed(&plate(), Pose::translation(0.0, 0.0, TOP_M + 2.0 * HALF_PLATE_M + STROKE_M), 0.0)?
         .body(Shape::Sphere { radius: RADIUS_M }, BALL_KG, FRICTION, Pose::IDENTITY)?

@@ -63,7 +63,7 @@ struct PlayResult {
     end: State,
 }
 
-/// Steps a scene under commands that depend on time, and monitores it.
+/// Steps a scene under commands that depend on time, and monitors it.
 fn play(
     setup: &Setup,
     recorder: &mut Recorder,
@@ -89,10 +89,10 @@ fn play(
 }
 
 /// Nothing may become faster than the forces and heights of the scene allow.
-fn finding(seen: &PlayResult, held: Option<bool>, within_m_s: f64) -> Finding {
+fn finding(result: &PlayResult, held: Option<bool>, within_m_s: f64) -> Finding {
     Finding {
-        error: Figure::bounded("fastest body", seen.fastest_m_s, "m/s", within_m_s),
-        invariants: Invariants { held, ..seen.invariants },
+        error: Figure::bounded("fastest body", result.fastest_m_s, "m/s", within_m_s),
+        invariants: Invariants { held, ..result.invariants },
     }
 }
 
@@ -117,19 +117,19 @@ fn close_and_lift(
     let (mut model, state, start) = scene(hand, Config::with_step(setup.dt_s), grasp, CHOSEN)?;
     add_floor(&mut model, -0.3)?;
     let before = state.objects[0].translation.z;
-    let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
+    let result = play(setup, recorder, (model, state), 3.0, |t, command| {
         command.sigma[0] = ramp(t / 0.5).0;
         command.base = lift(start, t);
     })?;
-    let lifted = seen.end.objects[0].translation.z > before + 0.05;
-    Ok((seen, lifted))
+    let lifted = result.end.objects[0].translation.z > before + 0.05;
+    Ok((result, lifted))
 }
 
 /// The cylinder of the grasps at 5 kg. The hand need not be able to lift it; it may drop it from 0.4 m.
 pub fn heavy_object(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let grasp = Grasp { mass: 5.0, ..Grasp::cylinder() };
-    let (seen, _) = close_and_lift(setup, recorder, &softhand()?, &grasp)?;
-    Ok(finding(&seen, None, 3.0))
+    let (result, _) = close_and_lift(setup, recorder, &softhand()?, &grasp)?;
+    Ok(finding(&result, None, 3.0))
 }
 
 /// The hand is palm up on the floor; the ball falls by 11 cm.
@@ -145,10 +145,10 @@ pub fn pressed_fingers(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
     let up = Pose::from_rotation(Rotation::from_rotation_y(-FRAC_PI_2));
     let over_fingers = up.transform_point(Vec3::new(0.17, 0.0, 0.22));
     let state = State::at_rest(&model, up, &[Pose::from_translation(over_fingers)]);
-    let seen = play(setup, recorder, (model, state), 2.0, |t, command| {
+    let result = play(setup, recorder, (model, state), 2.0, |t, command| {
         command.sigma[0] = ramp((t - 0.8) / 0.5).0;
     })?;
-    Ok(finding(&seen, None, 1.55))
+    Ok(finding(&result, None, 1.55))
 }
 
 /// The worst of five cables.
@@ -158,10 +158,10 @@ pub fn tendons(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     for stiffness in [50.0, 1e3, 1e4, 1e5, 1e6] {
         let mut hand = Hand::clone(&*softhand()?);
         hand.tendons[0].stiffness = stiffness;
-        let (seen, lifted) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
+        let (result, lifted) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
         held &= lifted;
-        if worst.as_ref().is_none_or(|worst| seen.fastest_m_s > worst.fastest_m_s) {
-            worst = Some(seen);
+        if worst.as_ref().is_none_or(|worst| result.fastest_m_s > worst.fastest_m_s) {
+            worst = Some(result);
         }
     }
     let mut worst = worst.context("there are cables")?;
@@ -177,8 +177,8 @@ pub fn springs(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     }
     hand.tendons[0].force_limit *= 100.0;
     hand.tendons[0].stiffness *= 100.0;
-    let (seen, held) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
-    Ok(finding(&seen, Some(held), 6.0))
+    let (result, held) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
+    Ok(finding(&result, Some(held), 6.0))
 }
 
 /// Fingers down, the set point goes 15 cm under the floor, then 20 cm into a wall, the hand closing meanwhile.
@@ -190,14 +190,14 @@ pub fn pressed_base(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     model.add_static("wall", &slab, Pose::from_parts(Vec3::new(0.3, 0.0, 0.0), upright), 0.6)?;
     let top = Pose::from_parts(Vec3::new(0.0, 0.0, 0.32), Rotation::from_rotation_y(PI));
     let state = State::at_rest(&model, top, &[]);
-    let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
+    let result = play(setup, recorder, (model, state), 3.0, |t, command| {
         let at = if t < 1.2 { Vec3::new(0.0, 0.0, -0.15) } else { Vec3::new(0.4, 0.0, 0.1) };
         command.base = BaseCommand::stay(Pose::from_parts(at, top.rotation));
         command.sigma[0] = if t < 2.0 { 0.0 } else { 1.0 };
     })?;
     // Wrist and palm must not have gone through.
-    let at = seen.end.base.translation;
-    Ok(finding(&seen, Some(at.z >= 0.0 && at.x <= 0.2), 10.0))
+    let at = result.end.base.translation;
+    Ok(finding(&result, Some(at.z >= 0.0 && at.x <= 0.2), 10.0))
 }
 
 /// A ball of 5 cm radius and 0.5 kg whose surface reaches 3 cm into the palm and the roots of the fingers.
@@ -209,9 +209,9 @@ pub fn overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         Object::new("ball", vec![(Pose::IDENTITY, ball)], 0.5, 0.8, 1e-3)?.with_torsional_friction(1e-3)?,
     ))?;
     let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::translation(0.033, 0.0, 0.16)]);
-    let seen = play(setup, recorder, (model, state), 2.0, |_, _| {})?;
-    let apart = seen.end.objects[0].translation.x > 0.05;
-    Ok(finding(&seen, Some(apart), 1.0))
+    let result = play(setup, recorder, (model, state), 2.0, |_, _| {})?;
+    let separated = result.end.objects[0].translation.x > 0.05;
+    Ok(finding(&result, Some(separated), 1.0))
 }
 
 /// The set point jumps there and back, each time for 0.4 s, past all limits of speed. 500 N an axis over 0.5 m on 0.7 kg:
@@ -222,12 +222,12 @@ pub fn teleport(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     add_floor(&mut model, -0.3)?;
     let turned = Rotation::from_rotation_x(FRAC_PI_2) * start.rotation;
     let far = Pose::from_parts(start.translation + Vec3::new(0.3, 0.3, 0.3), turned);
-    let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
+    let result = play(setup, recorder, (model, state), 3.0, |t, command| {
         command.sigma[0] = ramp(t / 0.5).0;
         let there = t > 0.8 && (((t - 0.8) / 0.4) as u64).is_multiple_of(2);
         command.base = moved(if there { far } else { start }, Vec3::ZERO, Vec3::ZERO);
     })?;
-    Ok(finding(&seen, None, 27.0))
+    Ok(finding(&result, None, 27.0))
 }
 
 /// The motor itself is made fast enough to follow.
@@ -237,10 +237,10 @@ pub fn flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let config = Config::with_step(setup.dt_s);
     let (mut model, state, _) = scene(&Arc::new(hand), config, &Grasp::cylinder(), CHOSEN)?;
     add_floor(&mut model, -0.3)?;
-    let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
+    let result = play(setup, recorder, (model, state), 3.0, |t, command| {
         command.sigma[0] = if ((t / 0.02) as u64).is_multiple_of(2) { 1.0 } else { 0.0 };
     })?;
-    Ok(finding(&seen, None, 5.0))
+    Ok(finding(&result, None, 5.0))
 }
 
 /// Falls 5 mm and tumbles for 3 s. It has 2 J of rotation at the start; contact may take energy, never add.
@@ -255,8 +255,8 @@ pub fn spin(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut state = State::at_rest(&model, Pose::IDENTITY, &[Pose::from_parts(at, leaning)]);
     state.v[3..].copy_from_slice(&[30.0, 20.0, 95.0]);
     let kinetic = Stored::of(&model, &state).kinetic;
-    let seen = play(setup, recorder, (model, state), 3.0, |_, _| {})?;
-    let monitor = seen.monitor.context("only our own engine keeps books of its forces")?;
+    let result = play(setup, recorder, (model, state), 3.0, |_, _| {})?;
+    let monitor = result.monitor.context("only our own engine keeps books of its forces")?;
     Ok(Finding {
         error: Figure::new("energy from nowhere", 100.0 * monitor.excess_j / kinetic, "%"),
         invariants: monitor.invariants(),

@@ -1,7 +1,7 @@
 //! Many bodies on each other, reported and not gated.
 
 use super::case::{Case, Finding};
-use super::scene::{Scene, awake, cuboid, rigid};
+use super::scene::{SceneBuilder, awake, cuboid, rigid};
 use super::setup::{Setup, steps};
 use crate::case_report::Figure;
 use crate::engine::Engine;
@@ -26,12 +26,12 @@ pub const CASES: &[Case] = &[
 /// spheres; the contacts are [`RIGID`](crate::engine::RIGID), as in `sphere_stack`. Published at 1 ms
 /// (SimBenchmark): ODE 1.5e-4, MuJoCo 0.095, Bullet 0.38.
 pub fn six_cubed(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let (n, radius, apart) = (6, 0.1, 0.21);
+    let (n, radius, spacing) = (6, 0.1, 0.21);
     let mut random = Random::new(6);
-    let mut scene = Scene::new(rigid(setup.dt_s))?.floor(0.0)?;
+    let mut scene = SceneBuilder::new(rigid(setup.dt_s))?.floor(0.0)?;
     for k in 0..n * n * n {
         let cell = Vec3::new(f64::from(k % n), f64::from(k / n % n), f64::from(k / (n * n)));
-        let at = cell * apart + Vec3::new(0.0, 0.0, apart) + random.cube() * 1e-3;
+        let at = cell * spacing + Vec3::new(0.0, 0.0, spacing) + random.cube() * 1e-3;
         scene = scene.body(Shape::Sphere { radius }, 10.0, 0.0, Pose::from_translation(at))?;
     }
     let (mut engine, command) = scene.start(setup)?;
@@ -65,7 +65,7 @@ fn overlaps(engine: &dyn Engine, radius: f64) -> f64 {
 /// reports when it falls.
 pub fn kapla(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let [length, width, height] = [0.1175, 0.0235, 0.0078];
-    let mut scene = Scene::new(awake(setup.dt_s))?.floor(0.5)?;
+    let mut scene = SceneBuilder::new(awake(setup.dt_s))?.floor(0.5)?;
     for layer in 0..34 {
         let turn = Rotation::from_rotation_z(if layer % 2 == 0 { 0.0 } else { std::f64::consts::FRAC_PI_2 });
         for place in -1..=1 {

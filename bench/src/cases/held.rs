@@ -1,7 +1,7 @@
 //! Objects in or on a hand that should not move in it, and hands that should not fail.
 
 use super::case::{Case, Finding};
-use super::scene::{Scene, awake, cuboid, velocity};
+use super::scene::{SceneBuilder, awake, cuboid, velocity};
 use super::setup::{Setup, steps};
 use crate::case_report::Figure;
 use crate::random::Random;
@@ -55,9 +55,10 @@ pub fn shaken_grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         geoms: vec![Geom { link_from_geom: Pose::IDENTITY, shape: cuboid(0.06, 0.06, 0.02), friction: mu }],
     };
     let hand = Arc::new(fingers("jaws", Vec::new(), vec![jaw(-1.0), jaw(1.0)])?);
-    let (mut engine, mut command) = Scene::with_hand(Config::with_step(setup.dt_s), hand, Pose::IDENTITY)?
-        .body(cuboid(0.06, 0.06, 0.04), 0.3, mu, Pose::IDENTITY)?
-        .start(setup)?;
+    let (mut engine, mut command) =
+        SceneBuilder::with_hand(Config::with_step(setup.dt_s), hand, Pose::IDENTITY)?
+            .body(cuboid(0.06, 0.06, 0.04), 0.3, mu, Pose::IDENTITY)?
+            .start(setup)?;
     command.sigma.fill(1.0);
     recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
     let mut heights = [0.0; 2];
@@ -101,7 +102,7 @@ pub fn roller_on_palm(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         Shape::Capsule { radius: 0.008, half_length: 0.03 },
     ] {
         let (mut engine, command) =
-            Scene::with_hand(bolted(awake(setup.dt_s)), hand.clone(), Pose::IDENTITY)?
+            SceneBuilder::with_hand(bolted(awake(setup.dt_s)), hand.clone(), Pose::IDENTITY)?
                 .body(shape, 0.05, 0.8, Pose::from_parts(Vec3::new(0.0, 0.0, 0.008), lying))?
                 .start(setup)?;
         recorder.steps(&mut *engine, &command, steps(60.0, setup.dt_s))?;
@@ -130,7 +131,8 @@ pub fn mimic_self_contact(setup: &Setup, recorder: &mut Recorder) -> Result<Find
     for seed in 1..=10 {
         let mut random = Random::new(seed);
         let (mut engine, mut command) =
-            Scene::with_hand(Config::with_step(setup.dt_s), hand.clone(), Pose::IDENTITY)?.start(setup)?;
+            SceneBuilder::with_hand(Config::with_step(setup.dt_s), hand.clone(), Pose::IDENTITY)?
+                .start(setup)?;
         for _ in 0..75 {
             let sigma = [random.between(0.0, 1.0), random.between(0.0, 1.0)];
             command.sigma.copy_from_slice(&sigma);

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, kept};
-use super::scene::{G, Scene, cuboid};
+use super::scene::{G, SceneBuilder, cuboid};
 use super::setup::{Setup, risen, steps};
 use crate::case_report::{Figure, Invariants};
 use crate::recorder::Recorder;
@@ -63,7 +63,7 @@ fn pinch(setup: &Setup, recorder: &mut Recorder, ratio: f64, rise: f64, time_s: 
     };
     let hand = Arc::new(fingers("pinch", vec![fixed], vec![finger])?);
     let (mut world, mut command) =
-        Scene::with_hand(bolted(Config::with_step(setup.dt_s)), hand, Pose::IDENTITY)?
+        SceneBuilder::with_hand(bolted(Config::with_step(setup.dt_s)), hand, Pose::IDENTITY)?
             .body(cuboid(2.0 * half, 2.0 * half, 2.0 * half), mass, mu, Pose::IDENTITY)?
             .start(setup)?;
     // The cable is wound far beyond its largest tension, which therefore acts all the time.

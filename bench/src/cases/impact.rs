@@ -1,7 +1,7 @@
 //! Rebounds.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, awake, set_velocity, velocity, weightless};
+use super::scene::{G, SceneBuilder, awake, set_velocity, velocity, weightless};
 use super::setup::{Setup, ends_of_steps, steps};
 use crate::audit::mechanical;
 use crate::case_report::Figure;
@@ -54,7 +54,7 @@ fn rubbing(radius: f64, mass: f64, restitution: f64, friction: f64) -> Result<Ob
 /// 24,034.5 J. Published at 1 ms (SimBenchmark): ODE 185, DART 7.2e4; MuJoCo cannot. The largest rise above E₀ goes
 /// to `energy_gain_j`.
 pub fn bounce_elastic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let mut scene = Scene::new(awake(setup.dt_s))?.floor(0.0)?;
+    let mut scene = SceneBuilder::new(awake(setup.dt_s))?.floor(0.0)?;
     for k in 0..49 {
         let at = Pose::translation(f64::from(k % 7) - 3.0, f64::from(k / 7) - 3.0, 5.0);
         scene = scene.object(ball(0.1, 10.0, 1.0)?, at)?;
@@ -78,7 +78,7 @@ pub fn bounce_elastic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
 /// faster than 1 mm/s.
 pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, e, h0) = (0.05, 0.8, 1.0);
-    let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+    let (mut engine, command) = SceneBuilder::new(awake(setup.dt_s))?
         .floor(0.0)?
         .object(ball(radius, 0.5, e)?, Pose::translation(0.0, 0.0, radius + h0))?
         .start(setup)?;
@@ -108,7 +108,7 @@ pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 
 fn cradle(setup: &Setup, recorder: &mut Recorder, gap: f64) -> Result<Finding> {
     let radius = 0.02;
-    let mut scene = Scene::new(weightless(setup.dt_s))?;
+    let mut scene = SceneBuilder::new(weightless(setup.dt_s))?;
     for k in 0..5 {
         scene = scene.object(
             ball(radius, 0.1, 1.0)?,
@@ -149,7 +149,7 @@ pub fn sliding_impact(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     for e in [0.1, 0.3, 0.5, 0.8, 1.0] {
         for mu in [0.1, 0.3, 0.6] {
             let slip = 5.0 * mu * (1.0 + e) + 1.0;
-            let (mut engine, command) = Scene::new(weightless(setup.dt_s))?
+            let (mut engine, command) = SceneBuilder::new(weightless(setup.dt_s))?
                 .fixed(
                     &Shape::Box { half_extents: [0.1, 50.0, 50.0], rounding: 0.0 },
                     Pose::translation(-0.1, 0.0, 0.0),
@@ -170,7 +170,7 @@ pub fn sliding_impact(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
 pub fn dead_impact(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut worst: f64 = 0.0;
     for (radius, mass, height) in [(0.01, 0.02, 0.5), (0.02, 0.0027, 0.3), (0.05, 1.0, 1.0)] {
-        let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+        let (mut engine, command) = SceneBuilder::new(awake(setup.dt_s))?
             .floor(0.5)?
             .object(rubbing(radius, mass, 0.0, 0.5)?, Pose::translation(0.0, 0.0, radius + height))?
             .start(setup)?;

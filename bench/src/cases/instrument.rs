@@ -77,12 +77,12 @@ pub struct Held {
     placed: Pose,
 }
 
-/// The world of our engine; others do not tell their forces and works.
+/// The world of our engine; other engines do not report their forces and works.
 ///
 /// # Errors
 /// The engine is another.
 pub fn own(world: &dyn Engine) -> Result<&World> {
-    world.world().context("only our own engine tells its forces")
+    world.world().context("only our own engine reports its forces")
 }
 
 /// Force of the hand on the body at every touching point.
@@ -156,7 +156,7 @@ impl Held {
     /// Whether the hand has not kept the body.
     ///
     /// # Errors
-    /// The engine does not tell its forces.
+    /// The engine does not report its forces.
     pub fn lost(&self) -> Result<bool> {
         let pressed: f64 = forces(own(&*self.world)?).iter().map(|(_, force)| force.length()).sum();
         let moved = self.world.state().objects[0].translation - self.placed.translation;
@@ -167,7 +167,7 @@ impl Held {
     /// plane with this normal in the hand's frame.
     ///
     /// # Errors
-    /// The engine fails or does not tell its forces.
+    /// The engine fails or does not report its forces.
     pub fn split_force(&mut self, setup: &Setup, recorder: &mut Recorder, plane: Vec3) -> Result<[f64; 2]> {
         let n = steps(READ_END_S - READ_S, setup.dt_s).max(1);
         let (mut all, mut one) = (0.0, 0.0);

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::elliptic::complete;
-use super::scene::{G, Scene, awake, set_velocity, spin, velocity, weightless};
+use super::scene::{G, SceneBuilder, awake, set_velocity, spin, velocity, weightless};
 use super::setup::{Setup, steps};
 use crate::audit::mechanical;
 use crate::case_report::{Figure, Invariants};
@@ -101,7 +101,7 @@ pub fn pendulum(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let start = 170f64.to_radians();
     let exact = 4.0 * (2.0 * ROD_M / (3.0 * G)).sqrt() * complete((0.5 * start).sin());
     let (mut engine, command) =
-        Scene::with_hand(bolted(awake(setup.dt_s)), rod(), Pose::IDENTITY)?.start(setup)?;
+        SceneBuilder::with_hand(bolted(awake(setup.dt_s)), rod(), Pose::IDENTITY)?.start(setup)?;
     engine.state_mut().q[0] = start;
     let about_pivot = ROD_KG * ROD_M * ROD_M / 3.0;
     let energy = |engine: &dyn Engine| {
@@ -166,7 +166,7 @@ pub fn heavy_top(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (a, b, c) = (TOP_ACROSS * lean.cos(), TOP_AXIAL * w3, TOP_KG * G * TOP_ARM_M);
     let exact = (b - (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
     let (mut engine, command) =
-        Scene::with_hand(bolted(awake(setup.dt_s)), top(), Pose::IDENTITY)?.start(setup)?;
+        SceneBuilder::with_hand(bolted(awake(setup.dt_s)), top(), Pose::IDENTITY)?.start(setup)?;
     let state = engine.state_mut();
     state.q[1] = lean;
     (state.v[6], state.v[8]) = (exact, w3 - exact * lean.cos());
@@ -215,9 +215,10 @@ pub fn momentum_inelastic_hit(setup: &Setup, recorder: &mut Recorder) -> Result<
     for geom in hand.links.iter_mut().flat_map(|link| &mut link.geoms) {
         geom.friction = 0.0;
     }
-    let (mut engine, mut command) = Scene::with_hand(weightless(setup.dt_s), Arc::new(hand), Pose::IDENTITY)?
-        .body(Shape::Sphere { radius: 0.1 }, 10.0, 0.0, Pose::translation(0.3, 0.01, 0.08))?
-        .start(setup)?;
+    let (mut engine, mut command) =
+        SceneBuilder::with_hand(weightless(setup.dt_s), Arc::new(hand), Pose::IDENTITY)?
+            .body(Shape::Sphere { radius: 0.1 }, 10.0, 0.0, Pose::translation(0.3, 0.01, 0.08))?
+            .start(setup)?;
     set_velocity(&mut *engine, 0, Vec3::new(-5.0, 0.0, 0.0), Vec3::ZERO);
     command.base = BaseCommand::Free;
     let (p0, l0) = momenta(&*engine);

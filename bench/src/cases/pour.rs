@@ -32,7 +32,7 @@ const BOX_M: (f64, f64) = (0.3, 5.0);
 
 /// Distances of bodies at the start, along x and y, and along z, m: layers of 8 x 8 in which none touches
 /// another.
-const APART_M: [f64; 2] = [0.07, 0.08];
+const SPACING_M: [f64; 2] = [0.07, 0.08];
 
 /// kg/m³
 const DENSITY: f64 = 500.0;
@@ -69,7 +69,8 @@ pub(crate) fn poured(setup: &Setup, recorder: &mut Recorder, count: usize, time_
         let object = Object::new(format!("body_{k}"), parts, DENSITY * volume, 0.5, 0.0)?;
         model.add_object(Arc::new(object))?;
         let [column, row, layer] = [k % 8, k / 8 % 8, k / 64].map(|place| place as f64);
-        let at = Vec3::new((column - 3.5) * APART_M[0], (row - 3.5) * APART_M[0], 0.05 + layer * APART_M[1]);
+        let at =
+            Vec3::new((column - 3.5) * SPACING_M[0], (row - 3.5) * SPACING_M[0], 0.05 + layer * SPACING_M[1]);
         poses.push(Pose::from_parts(at + random.cube() * 1e-3, random.rotation()));
     }
     let state = State::at_rest(&model, Pose::IDENTITY, &poses);

@@ -1,6 +1,6 @@
 //! Random heaps in a box: 3 to 12 spheres, boxes, cylinders and capsules of 10 g to 5 kg, and kicks.
 
-use super::scene::{Scene, awake, cuboid};
+use super::scene::{SceneBuilder, awake, cuboid};
 use super::setup::Setup;
 use crate::engine::Engine;
 use anyhow::{Context, Result, anyhow};
@@ -83,7 +83,7 @@ pub fn heap(bodies: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = He
 
 /// A heap of thirty, always the same.
 pub fn thirty() -> Result<Heap> {
-    heaps_of_thirty(1)?.pop().context("one heap was asked for")
+    heaps_of_thirty(1)?.pop().context("one heap was requested")
 }
 
 /// `count` heaps of thirty, always the same; the first is [`thirty`].
@@ -105,7 +105,7 @@ impl Heap {
 
     /// The heap above its box, the bodies in layers of nine in which no two can touch.
     pub fn start(&self, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
-        let mut scene = Scene::new(awake(setup.dt_s))?;
+        let mut scene = SceneBuilder::new(awake(setup.dt_s))?;
         let (w, t, h) = (HALF_M, 0.05, HEIGHT_M);
         let slabs = [
             ([0.0, 0.0, -t], [w + 2.0 * t, w + 2.0 * t, t]),

@@ -64,7 +64,7 @@ struct Residuals {
 impl Residuals {
     /// Reads the contacts of the step that led from `before` to the engine's present state.
     fn read(&mut self, engine: &dyn Engine, before: &State) -> Result<()> {
-        let world = engine.world().context("only our own engine tells its contact forces")?;
+        let world = engine.world().context("only our own engine reports its contact forces")?;
         let model = engine.model();
         let config = model.config();
         let h = config.step_s;

@@ -1,7 +1,7 @@
 //! Scenes that break simulators: deep overlaps, heavy on light, fast spin, wedges, paradoxes.
 
 use super::case::{Case, Finding};
-use super::scene::{Scene, awake, cuboid, fastest, push, rigid, set_velocity, velocity, weightless};
+use super::scene::{SceneBuilder, awake, cuboid, fastest, push, rigid, set_velocity, velocity, weightless};
 use super::setup::{Setup, steps};
 use crate::audit::{Audit, mechanical};
 use crate::case_report::Figure;
@@ -41,7 +41,7 @@ pub fn deep_overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let at = Pose::translation;
     let ball = || Shape::Sphere { radius: 0.05 };
     let block = || cuboid(0.1, 0.1, 0.1);
-    let space = || Scene::new(weightless(setup.dt_s));
+    let space = || SceneBuilder::new(weightless(setup.dt_s));
     let turned = Pose::from_parts(Vec3::new(0.01, 0.02, 0.015), Rotation::from_rotation_y(1.5));
     let wall = |x: f64| at(x, 0.0, 0.0);
     let scenes = [
@@ -54,14 +54,12 @@ pub fn deep_overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             0.5,
             at(0.0, 0.0, 0.0),
         )?,
-        Scene::new(awake(setup.dt_s))?.floor(0.5)?.body(ball(), 1.0, 0.5, at(0.0, 0.0, 0.0))?,
-        Scene::new(awake(setup.dt_s))?.floor(0.5)?.body(block(), 0.1, 0.5, at(0.0, 0.0, 0.0))?,
-        Scene::new(awake(setup.dt_s))?.floor(0.5)?.fixed(&cuboid(0.1, 2.0, 2.0), wall(-0.05), 0.5)?.body(
-            block(),
-            1.0,
-            0.5,
-            at(0.01, 0.0, 0.03),
-        )?,
+        SceneBuilder::new(awake(setup.dt_s))?.floor(0.5)?.body(ball(), 1.0, 0.5, at(0.0, 0.0, 0.0))?,
+        SceneBuilder::new(awake(setup.dt_s))?.floor(0.5)?.body(block(), 0.1, 0.5, at(0.0, 0.0, 0.0))?,
+        SceneBuilder::new(awake(setup.dt_s))?
+            .floor(0.5)?
+            .fixed(&cuboid(0.1, 2.0, 2.0), wall(-0.05), 0.5)?
+            .body(block(), 1.0, 0.5, at(0.01, 0.0, 0.03))?,
     ];
     let mut worst: f64 = 0.0;
     for scene in scenes {
@@ -84,7 +82,7 @@ pub fn deep_overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 pub fn heavy_on_grams(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut deepest: f64 = 0.0;
     for shape in [Shape::Sphere { radius: 0.01 }, cuboid(0.02, 0.02, 0.02)] {
-        let mut scene = Scene::new(rigid(setup.dt_s))?.floor(0.5)?;
+        let mut scene = SceneBuilder::new(rigid(setup.dt_s))?.floor(0.5)?;
         for (x, y) in [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)] {
             scene = scene.body(shape.clone(), 1e-3, 0.5, Pose::translation(0.06 * x, 0.06 * y, 0.01))?;
         }
@@ -101,7 +99,7 @@ pub fn heavy_on_grams(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
 /// Largest rise of kinetic energy, in percent of the start, of three boxes that spin with 20 rad/s about their middle axes
 /// and drift in a chamber without friction and gravity for 5 s. Impacts may take energy, nothing may give any.
 pub fn spin_and_tumble(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let mut scene = Scene::new(weightless(setup.dt_s))?;
+    let mut scene = SceneBuilder::new(weightless(setup.dt_s))?;
     let (w, t) = (0.15, 0.1);
     for axis in 0..3 {
         for side in [-1.0, 1.0] {
@@ -139,7 +137,7 @@ pub fn wedged_box(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (hx, hz, half_gap) = (0.01f64, 0.02f64, 0.021);
     let tilt = hx.atan2(hz) - (half_gap / hx.hypot(hz)).acos();
     let plane = cuboid(1.0, 1.0, 0.1);
-    let (mut engine, command) = Scene::new(weightless(setup.dt_s))?
+    let (mut engine, command) = SceneBuilder::new(weightless(setup.dt_s))?
         .fixed(&plane, Pose::translation(0.0, 0.0, half_gap + 0.05), 0.9)?
         .fixed(&plane, Pose::translation(0.0, 0.0, -half_gap - 0.05), 0.9)?
         .body(
@@ -173,7 +171,7 @@ pub fn painleve_rod(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         let turn = Rotation::from_rotation_y(std::f64::consts::FRAC_PI_2 - lean);
         let sunk = g / config.contact_stiffness;
         let center = Vec3::new(lean.cos(), 0.0, lean.sin() + radius - sunk);
-        let (mut engine, command) = Scene::new(config)?
+        let (mut engine, command) = SceneBuilder::new(config)?
             .floor(mu)?
             .body(rod, 1.0, mu, Pose::from_parts(center, turn))?
             .start(setup)?;

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::scene::{
-    G, Scene, awake, cuboid, kick, kinetic, push, rigid, set_velocity, settle, tilted, velocity,
+    G, SceneBuilder, awake, cuboid, kick, kinetic, push, rigid, set_velocity, settle, tilted, velocity,
 };
 use super::setup::{Setup, ends_of_steps, steps};
 use crate::case_report::Figure;
@@ -41,7 +41,7 @@ const LYING: f64 = std::f64::consts::FRAC_PI_2;
 pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, v0) = (0.04, 0.05);
     let pose = Pose::from_parts(Vec3::new(0.0, 0.0, radius), Rotation::from_rotation_x(LYING));
-    let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+    let (mut engine, command) = SceneBuilder::new(awake(setup.dt_s))?
         .floor(0.5)?
         .body(Shape::Cylinder { radius, half_length: 0.035 }, 0.1, 0.5, pose)?
         .start(setup)?;
@@ -79,7 +79,7 @@ pub fn incline_sphere(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         } else {
             (G * cos * (tan - mu), 2.5 * mu * G * cos / radius)
         };
-        let (mut engine, command) = Scene::new(tilted(rigid(setup.dt_s), tan))?
+        let (mut engine, command) = SceneBuilder::new(tilted(rigid(setup.dt_s), tan))?
             .floor(mu)?
             .body(Shape::Sphere { radius }, 1.0, mu, Pose::translation(0.0, 0.0, radius))?
             .start(setup)?;
@@ -100,7 +100,7 @@ pub fn incline_sphere(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
 pub fn bowling(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, mu, v0) = (0.1, 0.3, 2.0);
     let (speed, time) = (5.0 / 7.0 * v0, 2.0 * v0 / (7.0 * mu * G));
-    let (mut engine, command) = Scene::new(rigid(setup.dt_s))?
+    let (mut engine, command) = SceneBuilder::new(rigid(setup.dt_s))?
         .floor(mu)?
         .body(Shape::Sphere { radius }, 1.0, mu, Pose::translation(0.0, 0.0, radius))?
         .start(setup)?;
@@ -147,7 +147,7 @@ pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         // Friction of a pair is the geometric mean: box and balls have their mutual one, the floor one that
         // results in μ₁.
         let floor = ground * ground / top;
-        let mut scene = Scene::new(rigid(setup.dt_s))?.floor(floor)?.body(
+        let mut scene = SceneBuilder::new(rigid(setup.dt_s))?.floor(floor)?.body(
             cuboid(length, length, height),
             big,
             top,
@@ -189,7 +189,7 @@ pub fn spring_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
     for (mu, effective) in [(1.0, mass * (1.0 + 0.5 * (radius / lever).powi(2))), (0.0, mass)] {
         let config = Config { contact_stiffness: 1e4, contact_dissipation_s: 0.02, ..awake(setup.dt_s) };
         let at = Pose::from_parts(Vec3::new(x0, 0.0, radius - sunk), Rotation::from_rotation_x(LYING));
-        let (mut engine, command) = Scene::new(config)?
+        let (mut engine, command) = SceneBuilder::new(config)?
             .floor(mu)?
             .body(Shape::Cylinder { radius, half_length: 0.05 }, mass, mu, at)?
             .start(setup)?;

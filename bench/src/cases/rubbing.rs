@@ -33,7 +33,7 @@ pub const CASES: &[Case] = &[
 /// Stiffness of the joints, N·m/rad, and moment arms of the cable.
 const JOINT: [f64; 3] = [0.3, 0.2, 0.1];
 const ARM: [f64; 3] = [1.0, 0.8, 0.6];
-/// μφ of their guides.
+/// Exponent μφ of each guide.
 const EXPONENT: [f64; 3] = [0.1, 0.3, 0.6];
 /// Damping of the joints, N·m·s/rad: they hardly ring when a guide lets go.
 const DAMPING: f64 = 1e-3;
@@ -82,8 +82,8 @@ fn started(hand: Hand, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
     Ok((engine, command))
 }
 
-/// Largest error of `T_k / T_{k−1}` at a guide, in percent of `e^{∓μφ}`, while the cable is wound in, and out, in 4 s. The tension beyond
-/// a guide is the torque of the joint's spring and damper over its arm.
+/// The cable is wound in for 4 s and out for 4 s. The figure is the largest error of the ratio `T_k / T_{k−1}` at a guide, in percent of
+/// `e^{∓μφ}`. The tension beyond a guide is the torque of the joint's spring and damper over its arm.
 pub fn capstan(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut hand = finger()?;
     hand.tendons[0].moment_arms.pop();
@@ -99,7 +99,7 @@ pub fn capstan(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         tendon.gradient(&world.state().q, |c, r| arms[c] += r);
         recorder.step(&mut *world, &command)?;
         let direction = if t < 4.0 { -1.0 } else { 1.0 };
-        // While every guide slides: not at the ends, and after the turn only when the last guide has let go.
+        // Every guide must slide. This excludes the ends, and the time between the turn and the slip of the last guide.
         if !((1.2..3.2).contains(&t) || (6.5..7.1).contains(&t)) {
             continue;
         }
@@ -115,8 +115,8 @@ pub fn capstan(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(Figure::new("largest error of a tension ratio", 100.0 * worst, "%")))
 }
 
-/// Area of the loop of tension over wound length, N·m. Guides slide all at once while the cable is wound in; after the turn they let go
-/// one after the other, from the motor outwards, where `T_{k-1} e^{μφ}` has fallen to T_k.
+/// Area of the loop of tension over wound length, N·m. All guides slide while the cable is wound in. After the turn they let go one
+/// after the other, from the motor outwards: guide k lets go when `T_{k-1} e^{μφ}` has fallen to T_k.
 fn area() -> f64 {
     let product = |k: usize, sign: f64| (sign * EXPONENT[..=k].iter().sum::<f64>()).exp();
     let compliance = |joints: usize, sign: f64| {
@@ -133,8 +133,8 @@ fn area() -> f64 {
     sum - 0.5 * s * tension
 }
 
-/// Error of the area of the loop in the second and third cycle of 8 s, less what the dampers took, in percent of the closed form; or the
-/// difference of the two cycles, if that is more.
+/// The figure is the error of the loop's area in the second and third cycle of 8 s, in percent of the closed form. The work of the
+/// dampers is subtracted. If the two cycles differ by more, the figure is their difference.
 pub fn capstan_loop(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mut world, mut command) = started(finger()?, setup)?;
     let mut found = [0.0; 3];
@@ -161,8 +161,9 @@ pub fn capstan_loop(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 /// Mass, kg, dry friction, N, and speed, m/s, of the part that slides.
 const SLIDER: (f64, f64, f64) = (0.5, 2.0, 1.0);
 
-/// Error, m, of the way `m v²/(2 F)` on which a part stops, without the `v h/2` by which implicit Euler falls short, which is told apart
-/// below; or the way, m, that it creeps under 0.9 F in the minute after, if that is more. Energy that it gains goes to `energy_gain_j`.
+/// A part slides to a stop. The exact way is `m v²/(2 F)`; implicit Euler falls short of it by `v h/2`, and this is no error. Then a load
+/// of 0.9 F acts for a minute. The figure is the larger length, m: the error of the way, or the creep under the load. Energy that the
+/// part gains goes to `energy_gain_j`.
 pub fn dry_slide(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mass, friction, speed) = SLIDER;
     let inertia = Inertia { mass, com: Vec3::ZERO, about_com: Mat3::from_diagonal(Vec3::splat(1e-3)) };
@@ -184,7 +185,7 @@ pub fn dry_slide(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let way = world.state().q[0];
     let short = 0.5 * speed * setup.dt_s;
     let error = (way + short - 0.5 * mass * speed * speed / friction).abs();
-    // Loaded, it gives way at once, and then holds.
+    // The load moves the part at once. Then the part holds.
     command.pushes =
         vec![palmares_sim::Push { link: 1, point: Vec3::ZERO, force: Vec3::X * (0.9 * friction) }];
     recorder.steps(&mut *world, &command, steps(1.0, setup.dt_s))?;

@@ -41,21 +41,21 @@ pub(crate) fn cuboid(x: f64, y: f64, z: f64) -> Shape {
 }
 
 /// Furniture and free bodies about to be put under an engine.
-pub(crate) struct Scene {
+pub(crate) struct SceneBuilder {
     model: Model,
     base: Pose,
     poses: Vec<Pose>,
 }
 
-impl Scene {
+impl SceneBuilder {
     /// Nothing yet.
     pub(crate) fn new(config: Config) -> Result<Self> {
-        Ok(Scene { model: Model::new(config, None)?, base: Pose::IDENTITY, poses: Vec::new() })
+        Ok(SceneBuilder { model: Model::new(config, None)?, base: Pose::IDENTITY, poses: Vec::new() })
     }
 
     /// A hand alone, its base at `base`.
     pub(crate) fn with_hand(config: Config, hand: Arc<Hand>, base: Pose) -> Result<Self> {
-        Ok(Scene { model: Model::new(config, Some(hand))?, base, poses: Vec::new() })
+        Ok(SceneBuilder { model: Model::new(config, Some(hand))?, base, poses: Vec::new() })
     }
 
     /// A wide plate whose top is z = 0.

@@ -117,7 +117,7 @@ pub fn moved(start: Pose, offset: Vec3, linear: Vec3) -> BaseCommand {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::scene::{Scene, awake, cuboid};
+    use crate::cases::scene::{SceneBuilder, awake, cuboid};
     use palmares_models::Pose;
 
     #[test]
@@ -125,7 +125,7 @@ mod tests {
         let place = |start: u32| {
             let setup = Setup { start, ..Setup::own(1e-3) };
             let at = Pose::translation(0.0, 0.0, 0.5);
-            let scene = Scene::new(awake(1e-3)).expect("empty");
+            let scene = SceneBuilder::new(awake(1e-3)).expect("empty");
             let scene = scene.body(cuboid(0.1, 0.1, 0.1), 1.0, 0.5, at).expect("sound");
             scene.start(&setup).expect("it starts").0.state().objects[0].translation
         };

@@ -1,7 +1,7 @@
 //! Bodies at rest on each other: depth, forces, and heavy bodies on light ones.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, awake, cuboid, push, rigid};
+use super::scene::{G, SceneBuilder, awake, cuboid, push, rigid};
 use super::setup::{Setup, ends_of_steps, steps};
 use crate::case_report::Figure;
 use crate::engine::Engine;
@@ -50,7 +50,7 @@ pub fn rest_penetration(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
         {
             let config = awake(setup.dt_s);
             let exact = mass * G / (points * config.contact_stiffness);
-            let (mut engine, command) = Scene::new(config)?
+            let (mut engine, command) = SceneBuilder::new(config)?
                 .floor(0.5)?
                 .body(shape, mass, 0.5, Pose::translation(0.0, 0.0, 0.5 * side))?
                 .start(setup)?;
@@ -88,7 +88,7 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             ..plain
         };
         let cube = || cuboid(side, side, side);
-        let (mut engine, command) = Scene::new(config)?
+        let (mut engine, command) = SceneBuilder::new(config)?
             .floor(0.9)?
             .body(cube(), light, 0.9, Pose::translation(0.0, 0.0, 0.5 * side))?
             .body(cube(), heavy, 0.9, Pose::translation(0.0, 0.0, 1.5 * side))?
@@ -126,7 +126,7 @@ pub fn sphere_stack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, mass) = (0.05, 0.2);
     let (mut deepest, mut wrong): (f64, f64) = (0.0, 0.0);
     for n in 1..=15 {
-        let mut scene = Scene::new(rigid(setup.dt_s))?.floor(0.3)?;
+        let mut scene = SceneBuilder::new(rigid(setup.dt_s))?.floor(0.3)?;
         for k in 0..n {
             let z = (2.0 * f64::from(k) + 1.0) * radius;
             scene = scene.body(Shape::Sphere { radius }, mass, 0.3, Pose::translation(0.0, 0.0, z))?;

@@ -1,7 +1,7 @@
 //! The SoftHand alone: closing on air, against the closed form of adaptive synergies.
 
 use super::case::{Case, Finding};
-use super::scene::Scene;
+use super::scene::SceneBuilder;
 use super::setup::{Setup, ends_of_steps, ramp, steps};
 use crate::case_report::Figure;
 use crate::engine::Engine;
@@ -41,7 +41,7 @@ const FREE_M: f64 = 5e-4;
 
 /// A hand alone in the world.
 pub(super) fn world_of(hand: Arc<Hand>, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
-    Scene::with_hand(Config::with_step(setup.dt_s), hand, Pose::IDENTITY)?.start(setup)
+    SceneBuilder::with_hand(Config::with_step(setup.dt_s), hand, Pose::IDENTITY)?.start(setup)
 }
 
 /// The largest σ at which the free hand is free: no joint within 0.02 rad of a limit, the tendon below its
@@ -53,8 +53,8 @@ fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
         let (q, f) = form.solve(&[s], &vec![0.0; hand.coordinates.len()]);
         let inside = q.iter().zip(&hand.coordinates).all(|(q, c)| *q > c.lower + 0.02 && *q < c.upper - 0.02);
         let unsaturated = f.iter().zip(&hand.tendons).all(|(f, t)| *f < 0.95 * t.force_limit);
-        let apart = hand.pairs_closer_than(FREE_M, &q).iter().all(|pair| hand.no_collision.contains(pair));
-        if inside && unsaturated && apart {
+        let clear = hand.pairs_closer_than(FREE_M, &q).iter().all(|pair| hand.no_collision.contains(pair));
+        if inside && unsaturated && clear {
             break;
         }
         sigma -= 0.01;

@@ -1,7 +1,7 @@
 //! Tendons beyond the free closure: a blocked joint, a slack cable, the energy of a cycle.
 
 use super::case::{Case, Finding};
-use super::scene::Scene;
+use super::scene::SceneBuilder;
 use super::setup::{Setup, ends_of_steps, ramp, steps};
 use super::synergy::world_of;
 use crate::case_report::Figure;
@@ -135,7 +135,7 @@ pub fn cycle(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let bar = Shape::Capsule { radius: 0.0225, half_length: 0.06 };
     let across = Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2);
     let (mut world, mut command) =
-        Scene::with_hand(Config::with_step(setup.dt_s), softhand()?, Pose::IDENTITY)?
+        SceneBuilder::with_hand(Config::with_step(setup.dt_s), softhand()?, Pose::IDENTITY)?
             .fixed(&bar, Pose::from_parts(Vec3::new(0.045, 0.0, 0.175), across), 0.3)?
             .start(setup)?;
     let alone = "only our own engine keeps books of its forces";

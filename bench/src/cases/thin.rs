@@ -1,7 +1,7 @@
 //! Small things are thrown at thin plates: none may pass through.
 
 use super::case::{Case, Finding};
-use super::scene::{Scene, cuboid, set_velocity, weightless};
+use super::scene::{SceneBuilder, cuboid, set_velocity, weightless};
 use super::setup::Setup;
 use crate::case_report::Figure;
 use crate::random::Random;
@@ -78,7 +78,7 @@ fn passes(
         random.between(-0.1, 0.1),
         random.between(-0.1, 0.1),
     );
-    let (mut engine, command) = Scene::new(weightless(setup.dt_s))?
+    let (mut engine, command) = SceneBuilder::new(weightless(setup.dt_s))?
         .body(cuboid(thick, PLATE.0, PLATE.0), PLATE.1, 0.5, Pose::IDENTITY)?
         .body(shape, thing.mass, 0.5, Pose::from_parts(at, random.rotation()))?
         .start(setup)?;

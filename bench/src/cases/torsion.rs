@@ -1,7 +1,7 @@
 //! Friction's torque about the normal of flat contacts: a rod pinched off its centre of mass, a disc that slides and spins.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, awake, cuboid, set_velocity, settle, velocity};
+use super::scene::{G, SceneBuilder, awake, cuboid, set_velocity, settle, velocity};
 use super::setup::{Setup, steps};
 use crate::case_report::Figure;
 use crate::engine::Engine;
@@ -79,7 +79,7 @@ pub fn round_tips(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     }
     let lever = 2e-3;
     let ball = Object::new("ball", vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.05 })], 1.0, MU, 1e-3)?;
-    let scene = Scene::new(awake(setup.dt_s))?.floor(MU)?;
+    let scene = SceneBuilder::new(awake(setup.dt_s))?.floor(MU)?;
     let (mut engine, command) = scene
         .object(ball.with_torsional_friction(lever)?, Pose::translation(0.0, 0.0, 0.05))?
         .start(setup)?;
@@ -155,7 +155,7 @@ fn between(setup: &Setup, config: Config, tips: &Tips, offset: f64) -> Result<(B
     let mut hand = fingers("tips", vec![tip(at(-ROD_HALF_M - tips.half))], vec![finger])?;
     hand.pads = tips.pad.iter().flat_map(|&pad| [0, 1].map(|link| PadOn { link, geom: 0, pad })).collect();
     let rod = cuboid(2.0 * ROD_HALF_M, 0.4, 2.0 * ROD_HALF_M);
-    let (engine, mut command) = Scene::with_hand(bolted(config), Arc::new(hand), Pose::IDENTITY)?
+    let (engine, mut command) = SceneBuilder::with_hand(bolted(config), Arc::new(hand), Pose::IDENTITY)?
         .body(rod, ROD_KG, MU, Pose::translation(0.0, offset, 0.0))?
         .start(setup)?;
     // The cable is wound far beyond its largest tension, which therefore acts all the time.
@@ -180,7 +180,7 @@ fn tilts(setup: &Setup, recorder: &mut Recorder, tips: &Tips, offset: f64) -> Re
 pub fn disc_contensou(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let radius = 0.05;
     let disc = Shape::Cylinder { radius, half_length: 0.005 };
-    let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+    let (mut engine, command) = SceneBuilder::new(awake(setup.dt_s))?
         .floor(0.3)?
         .body(disc, 0.1, 0.3, Pose::translation(0.0, 0.0, 0.005))?
         .start(setup)?;
@@ -215,7 +215,7 @@ pub fn patch_spin(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     ];
     let mut worst: f64 = 0.0;
     for (shape, gyration, radius) in scenes {
-        let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+        let (mut engine, command) = SceneBuilder::new(awake(setup.dt_s))?
             .floor(mu)?
             .body(shape, 0.1, mu, Pose::translation(0.0, 0.0, 0.005))?
             .start(setup)?;

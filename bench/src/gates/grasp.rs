@@ -31,9 +31,9 @@ fn grasps_hold_while_shaken_at_every_step() {
             converged(&report);
             held(&report);
             creeps(&report, 1e-3);
-            let seen = &report.invariants;
-            let balance = seen.tension_balance_nm.expect("grasps report the balance of tension");
-            let residual = seen.static_residual_nm.expect("grasps report the static residual");
+            let invariants = &report.invariants;
+            let balance = invariants.tension_balance_nm.expect("grasps report the balance of tension");
+            let residual = invariants.static_residual_nm.expect("grasps report the static residual");
             assert!(residual + balance <= 1e-6, "{case} at {dt}: {residual:e} N m");
             let hold = depth_of_hold(&report);
             let finest = *finest.get_or_insert(hold);
@@ -42,7 +42,7 @@ fn grasps_hold_while_shaken_at_every_step() {
             let most = if dt > 4e-3 { 0.15 } else { 0.1 };
             assert!((hold / finest - 1.0).abs() <= most, "{case} at {dt}: {hold} mm after {finest} mm");
             if dt == 1e-3 {
-                let depth = seen.max_penetration_mm.expect("grasps report depth");
+                let depth = invariants.max_penetration_mm.expect("grasps report depth");
                 assert!(depth <= 0.5, "{case} at {dt}: {depth} mm");
             }
         }

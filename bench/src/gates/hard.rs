@@ -44,7 +44,7 @@ fn a_hand_pressed_against_floor_and_wall_stays_outside() {
 }
 
 #[test]
-fn overlapping_bodies_are_led_apart() {
+fn overlapping_bodies_separate() {
     for report in sound("hard_overlap", 0.5) {
         held(&report);
     }

@@ -46,8 +46,8 @@ pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<CaseReport> {
     let run = |&(dt_s, most): &(f64, f64)| {
         let report = report(case, dt_s);
         converged(&report);
-        let (seen, unit) = (error(&report), &report.error.unit);
-        assert!(seen <= most, "{case} at {dt_s}: {seen:e} {unit}, more than {most:e}");
+        let (found, unit) = (error(&report), &report.error.unit);
+        assert!(found <= most, "{case} at {dt_s}: {found:e} {unit}, more than {most:e}");
         report
     };
     bounds.iter().map(run).collect()

@@ -16,12 +16,12 @@ fn free_closure_is_the_exact_equilibrium_at_every_step() {
 fn a_ball_is_held_without_creep_at_every_step() {
     for report in at_most("reflex_ball", &STEPS_S.map(|dt| (dt, 1e-3))) {
         held(&report);
-        let (seen, dt) = (&report.invariants, report.dt_s);
-        let residual = seen.static_residual_nm.expect("our own world tells");
+        let (invariants, dt) = (&report.invariants, report.dt_s);
+        let residual = invariants.static_residual_nm.expect("our own world reports it");
         assert!(residual <= 1e-5, "dt {dt}: {residual:e} N m");
-        let balance = seen.tension_balance_nm.expect("our own world tells");
+        let balance = invariants.tension_balance_nm.expect("our own world reports it");
         assert!(balance <= 1e-6, "dt {dt}: {balance:e} N m");
-        let depth = seen.max_penetration_mm.expect("grasps report depth");
+        let depth = invariants.max_penetration_mm.expect("grasps report depth");
         assert!(dt > 1e-3 || depth <= 0.5, "dt {dt}: {depth} mm");
     }
 }
@@ -35,9 +35,9 @@ fn the_ball_is_held_wherever_it_lies_between_the_fingers() {
             for preshape in [0.0, 0.25, 0.5, 0.75, 1.0] {
                 for sigma in [0.75, 1.0] {
                     let placement = Placement { x_m, z_m, preshape, sigma };
-                    let seen = play(&setup, placement, &mut Recorder::default()).expect("it runs");
-                    assert_eq!(seen.held, Some(true), "{placement:?}");
-                    assert_eq!(seen.newton_unconverged, Some(0), "{placement:?}");
+                    let invariants = play(&setup, placement, &mut Recorder::default()).expect("it runs");
+                    assert_eq!(invariants.held, Some(true), "{placement:?}");
+                    assert_eq!(invariants.newton_unconverged, Some(0), "{placement:?}");
                 }
             }
         }

@@ -10,7 +10,7 @@ use std::str::FromStr;
 const BEGIN: &str = "Engine ";
 const COMMIT: &str = "commit ";
 
-/// What a page is of.
+/// The first line of a page: its engine and its models.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     /// The engine's fingerprint.
@@ -54,7 +54,7 @@ impl Line {
         Ok(found)
     }
 
-    /// What has changed since: `engine`, or names of models.
+    /// The changes since: `engine`, or names of models.
     pub fn changed(&self, engine: &str, models: &BTreeMap<String, String>) -> Vec<String> {
         let mut changed = Vec::new();
         if self.engine != engine {

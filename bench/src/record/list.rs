@@ -2,7 +2,7 @@
 
 use super::line::Line;
 use super::models::{models, root};
-use super::pages::{Part, RecordError, parts};
+use super::pages::{RecordError, RecordPart, parts};
 use super::stamp::Record;
 use anyhow::{Context, Result, ensure};
 use palmares_tasks::identity;
@@ -37,7 +37,7 @@ pub fn text() -> Result<String> {
     let mut text = HEAD.to_owned();
     let parts = parts();
     text += "## Parts\n\n| part | what | usual hours on two cores | pages |\n|---|---|---|---|\n";
-    for Part { name, about, hours, by_hand, pages, .. } in &parts {
+    for RecordPart { name, about, hours, by_hand, pages, .. } in &parts {
         let hours = if *by_hand { "by hand".to_owned() } else { hours.to_string() };
         let shown = |page: &String| if root().join(page).exists() { link(page) } else { page.clone() };
         let pages: Vec<String> = pages.iter().map(shown).collect();
@@ -66,7 +66,7 @@ pub fn text() -> Result<String> {
     Ok(text)
 }
 
-/// What has changed since the page was measured, in words.
+/// The changes since the page was measured, in words.
 fn changed(line: &Line, engine: &str, models: &BTreeMap<String, String>) -> String {
     let mut changed = line.changed(engine, models);
     if line.models.is_empty() && !models.is_empty() {
@@ -130,7 +130,7 @@ mod tests {
         let declared: Vec<String> = parts().into_iter().flat_map(|part| part.pages).collect();
         let mut folders =
             ["docs/pictures", "docs/report", "docs/training", "docs/validation"].map(str::to_owned).to_vec();
-        let mut seen = 0;
+        let mut count = 0;
         while let Some(folder) = folders.pop() {
             // A folder that is not there yet has no page.
             for entry in fs::read_dir(root().join(&folder)).into_iter().flatten() {
@@ -139,12 +139,12 @@ mod tests {
                 if entry.path().is_dir() {
                     folders.push(path);
                 } else if path.ends_with(".md") {
-                    seen += 1;
+                    count += 1;
                     assert!(declared.contains(&path), "{path}: bench/src/record/pages.toml does not name it");
                 }
             }
         }
-        assert!(seen > 5, "{seen} pages");
+        assert!(count > 5, "{count} pages");
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! What a page depends on beside the engine: hashes of hands, tasks and controllers.
+//! A page depends on the engine and on these: hashes of hands, tasks and controllers.
 
-use super::pages::{Part, RecordError};
+use super::pages::{RecordError, RecordPart};
 use palmares_models::content::ContentHash;
 use palmares_models::hand::Hand;
 use palmares_tasks::Task;
@@ -19,7 +19,7 @@ pub(super) fn root() -> PathBuf {
 }
 
 /// Hashes of what a part depends on beside the engine.
-pub(super) fn models(part: &Part, root: &Path) -> Result<BTreeMap<String, String>, RecordError> {
+pub(super) fn models(part: &RecordPart, root: &Path) -> Result<BTreeMap<String, String>, RecordError> {
     let short = |hash: &str| hash.chars().take(DIGITS).collect::<String>();
     let missing =
         |kind, name: &str| RecordError::NotBuiltIn { part: part.name.clone(), kind, name: name.to_owned() };
@@ -40,7 +40,7 @@ pub(super) fn models(part: &Part, root: &Path) -> Result<BTreeMap<String, String
 }
 
 /// SHA-256 of names and texts of the controllers' files; `client-py/benchmarks/record.py` computes the same.
-fn controllers(part: &Part, root: &Path) -> Result<String, RecordError> {
+fn controllers(part: &RecordPart, root: &Path) -> Result<String, RecordError> {
     let mut hash = ContentHash::of(CONTROLLERS);
     for named in &part.controllers {
         let failed =
@@ -73,8 +73,11 @@ fn files(root: &Path, named: &str) -> io::Result<Vec<String>> {
 mod tests {
     use super::*;
 
-    fn part(controllers: &[&str]) -> Part {
-        Part { controllers: controllers.iter().map(|name| (*name).to_owned()).collect(), ..Part::default() }
+    fn part(controllers: &[&str]) -> RecordPart {
+        RecordPart {
+            controllers: controllers.iter().map(|name| (*name).to_owned()).collect(),
+            ..RecordPart::default()
+        }
     }
 
     /// `client-py/tests/test_record.py` has the same folder and the same digest.
@@ -97,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_hand_that_is_not_built_in_is_named() {
-        let part = Part { name: "report".into(), hands: vec!["paw".into()], ..Part::default() };
+        let part = RecordPart { name: "report".into(), hands: vec!["paw".into()], ..RecordPart::default() };
         let error = models(&part, Path::new(".")).expect_err("no such hand").to_string();
         assert_eq!(error, "bench/src/record/pages.toml: part `report`: hand `paw` is not built in");
     }

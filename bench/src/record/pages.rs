@@ -3,13 +3,13 @@
 use serde::Deserialize;
 use std::io;
 
-/// What makes pages anew in one go.
+/// Pages that one command makes anew.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Part {
+pub struct RecordPart {
     /// Its name.
     pub name: String,
-    /// What its pages have.
+    /// The content of its pages.
     pub about: String,
     /// Usual time on two idle cores.
     pub hours: f64,
@@ -38,7 +38,7 @@ pub struct Part {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Declared {
-    part: Vec<Part>,
+    part: Vec<RecordPart>,
 }
 
 /// The record cannot be made.
@@ -70,13 +70,13 @@ pub enum RecordError {
 }
 
 /// All parts, in the order of the file.
-pub fn parts() -> Vec<Part> {
+pub fn parts() -> Vec<RecordPart> {
     let declared: Declared = toml::from_str(include_str!("pages.toml")).expect("pages.toml is valid");
     declared.part
 }
 
 /// The part of a name.
-pub(super) fn part(name: &str) -> Result<Part, RecordError> {
+pub(super) fn part(name: &str) -> Result<RecordPart, RecordError> {
     let parts = parts();
     let names = parts.iter().map(|part| &*part.name).collect::<Vec<_>>().join(", ");
     let found = parts.into_iter().find(|part| part.name == name);

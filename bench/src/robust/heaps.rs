@@ -33,7 +33,7 @@ impl Heap {
         let setup = Setup::own(dt_s);
         let (mut engine, command) = self.start(&setup)?;
         let count = (time_s / dt_s).round() as u64;
-        let mut seen = HeapResult { escaped_m: f64::NEG_INFINITY, ..HeapResult::default() };
+        let mut result = HeapResult { escaped_m: f64::NEG_INFINITY, ..HeapResult::default() };
         let mut audit = Audit::default();
         for step in 0..count {
             for kick in &self.kicks {
@@ -49,15 +49,15 @@ impl Heap {
             }
             audit.step(&mut *engine, |engine| engine.step(&command).map(drop))?;
             let outcome = engine.outcome();
-            seen.failed += u64::from(!outcome.converged || !engine.state().is_finite());
-            seen.overlap_m = seen.overlap_m.max(outcome.penetration_m);
-            seen.escaped_m = seen.escaped_m.max(self.escaped(engine.state()));
+            result.failed += u64::from(!outcome.converged || !engine.state().is_finite());
+            result.overlap_m = result.overlap_m.max(outcome.penetration_m);
+            result.escaped_m = result.escaped_m.max(self.escaped(engine.state()));
             for k in 0..self.bodies.len() {
-                seen.speed = seen.speed.max(velocity(&*engine, k).0.length());
+                result.speed = result.speed.max(velocity(&*engine, k).0.length());
             }
         }
-        (seen.gain_j, seen.gain) = (audit.gain_j(), audit.gain());
-        Ok(seen)
+        (result.gain_j, result.gain) = (audit.gain_j(), audit.gain());
+        Ok(result)
     }
 }
 
@@ -65,14 +65,14 @@ impl Heap {
 pub fn check(seed: u64, count: u32, dt_s: f64, time_s: f64) -> Result<HeapResult> {
     let mut worst = HeapResult { escaped_m: f64::NEG_INFINITY, ..HeapResult::default() };
     all_hold(seed, count, &heap(3..=12), |heap| {
-        let seen = heap.run(dt_s, time_s)?;
-        worst.escaped_m = worst.escaped_m.max(seen.escaped_m);
-        worst.gain_j = worst.gain_j.max(seen.gain_j);
-        worst.gain = worst.gain.max(seen.gain);
-        worst.overlap_m = worst.overlap_m.max(seen.overlap_m);
-        worst.speed = worst.speed.max(seen.speed);
-        worst.failed += seen.failed;
-        seen.check(dt_s)
+        let result = heap.run(dt_s, time_s)?;
+        worst.escaped_m = worst.escaped_m.max(result.escaped_m);
+        worst.gain_j = worst.gain_j.max(result.gain_j);
+        worst.gain = worst.gain.max(result.gain);
+        worst.overlap_m = worst.overlap_m.max(result.overlap_m);
+        worst.speed = worst.speed.max(result.speed);
+        worst.failed += result.failed;
+        result.check(dt_s)
     })?;
     Ok(worst)
 }

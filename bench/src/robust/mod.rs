@@ -48,13 +48,13 @@ mod tests {
     #[test]
     fn the_same_seed_makes_the_same_scenes_and_a_failure_is_small_and_names_it() {
         let numbers = |seed| {
-            let mut seen = Vec::new();
+            let mut drawn = Vec::new();
             all_hold(seed, 20, &(0..1_000_000u32), |n| {
-                seen.push(*n);
+                drawn.push(*n);
                 Ok(())
             })
             .expect("all hold");
-            seen
+            drawn
         };
         assert_eq!(numbers(1), numbers(1));
         assert_ne!(numbers(1), numbers(2));

@@ -25,12 +25,12 @@ pub fn outcomes(placement: Placement, first_failure_only: bool) -> Result<Vec<[b
     let mut all = Vec::new();
     for dt_s in STEPS_S {
         let setup = Setup::own(dt_s);
-        let mut seen = [false; 2];
-        for (seen, grasp) in seen.iter_mut().zip([Grasp::cylinder(), Grasp::cuboid()]) {
-            *seen = kept(&setup, &grasp, placement)?;
+        let mut held = [false; 2];
+        for (held, grasp) in held.iter_mut().zip([Grasp::cylinder(), Grasp::cuboid()]) {
+            *held = kept(&setup, &grasp, placement)?;
         }
-        all.push(seen);
-        if first_failure_only && seen != [true; 2] {
+        all.push(held);
+        if first_failure_only && held != [true; 2] {
             break;
         }
     }

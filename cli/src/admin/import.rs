@@ -22,7 +22,7 @@ const TOKEN_LENGTH: usize = 85;
 
 /// Options of the import.
 #[derive(Args, Debug)]
-pub(crate) struct ImportOptions {
+pub(crate) struct TeamImportOptions {
     /// The CSV file
     file: PathBuf,
 
@@ -37,7 +37,7 @@ pub(crate) struct ImportOptions {
 
 /// A row of the file.
 #[derive(Clone, Debug, PartialEq)]
-struct Row {
+struct ImportRow {
     line: u64,
     team: String,
     label: String,
@@ -46,7 +46,7 @@ struct Row {
 /// A line of the file with a problem.
 type Problem = (u64, String);
 
-/// What happens to a team.
+/// The change to a team.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     Add,
@@ -70,8 +70,8 @@ impl Step {
 }
 
 /// Adds the teams of the file.
-pub(crate) fn import(client: &Client, options: &ImportOptions, as_json: bool) -> anyhow::Result<()> {
-    let ImportOptions { file, tokens, reason } = options;
+pub(crate) fn import(client: &Client, options: &TeamImportOptions, as_json: bool) -> anyhow::Result<()> {
+    let TeamImportOptions { file, tokens, reason } = options;
     let bytes = fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
     let (rows, mut problems) = rows(&bytes);
     let teams: Vec<Value> = rows.iter().map(|row| json!({"team": row.team, "label": row.label})).collect();
@@ -84,7 +84,7 @@ pub(crate) fn import(client: &Client, options: &ImportOptions, as_json: bool) ->
                 // As the server stores it.
                 let team = checked["team"].as_str().unwrap_or(&row.team).to_owned();
                 match plan(&team, checked["exists"] == true, tokens) {
-                    Ok((path, step)) => planned.push((Row { team, ..row }, path, step)),
+                    Ok((path, step)) => planned.push((ImportRow { team, ..row }, path, step)),
                     Err(why) => problems.push((row.line, format!("`{team}`: {why}"))),
                 }
             }
@@ -133,7 +133,7 @@ pub(crate) fn import(client: &Client, options: &ImportOptions, as_json: bool) ->
 }
 
 /// The rows of a CSV file with a head, and the lines that have problems.
-fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
+fn rows(bytes: &[u8]) -> (Vec<ImportRow>, Vec<Problem>) {
     // Spreadsheets write a byte order mark, and semicolons where the comma is a decimal sign.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let head = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
@@ -183,9 +183,10 @@ fn rows(bytes: &[u8]) -> (Vec<Row>, Vec<Problem>) {
             problems.push((line, why));
             continue;
         }
-        let row = Row { line, team: cell(name), label: label.map(cell).unwrap_or_default() };
+        let row = ImportRow { line, team: cell(name), label: label.map(cell).unwrap_or_default() };
         // A schedule has a team once for each of its slots.
-        let again = scheduled && rows.iter().any(|had: &Row| had.team == row.team && had.label == row.label);
+        let again =
+            scheduled && rows.iter().any(|had: &ImportRow| had.team == row.team && had.label == row.label);
         if !again {
             rows.push(row);
         }
@@ -256,7 +257,7 @@ fn file_name(team: &str) -> String {
 /// Adds a team, or completes it, and writes its token.
 fn carry_out(
     client: &Client,
-    row: &Row,
+    row: &ImportRow,
     path: &Path,
     step: Step,
     reason: Option<&str>,
@@ -302,8 +303,8 @@ fn create_private(folder: &Path) -> io::Result<()> {
 mod tests {
     use super::*;
 
-    fn row(line: u64, team: &str, label: &str) -> Row {
-        Row { line, team: team.into(), label: label.into() }
+    fn row(line: u64, team: &str, label: &str) -> ImportRow {
+        ImportRow { line, team: team.into(), label: label.into() }
     }
 
     #[test]

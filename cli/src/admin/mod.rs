@@ -161,7 +161,7 @@ enum Team {
     /// The file has a head: the column `name` or `team`, and `label` for the holder of the token, if there is one. Other columns are ignored. All
     /// errors are printed with their lines before anything is changed. Teams that exist are kept. After an interruption, repeat the
     /// command: it continues.
-    Import(import::ImportOptions),
+    Import(import::TeamImportOptions),
     /// List the teams
     List,
     /// Replace a team's token; the old one ends at once

@@ -22,7 +22,7 @@ struct Arguments {
     access: Access,
 }
 
-/// What a client gets from `GET /`, or its error.
+/// The answer to `GET /` that a client gets, or its error.
 fn get(url: &str, ca: Option<&str>) -> Result<String, String> {
     let mut words = vec!["test", "--url", url];
     words.extend(ca.iter().flat_map(|file| ["--ca", file]));

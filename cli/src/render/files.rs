@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 
 /// Kinds of files, by their endings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum OutputFormat {
     Mp4,
     Gif,
     Png,
 }
 
-impl Kind {
+impl OutputFormat {
     /// The kind of a file.
     ///
     /// # Errors
@@ -23,9 +23,9 @@ impl Kind {
     pub(super) fn of(file: &Path) -> anyhow::Result<Self> {
         let ending = file.extension().map(|end| end.to_string_lossy().to_ascii_lowercase());
         match ending.as_deref() {
-            Some("mp4") => Ok(Kind::Mp4),
-            Some("gif") => Ok(Kind::Gif),
-            Some("png") => Ok(Kind::Png),
+            Some("mp4") => Ok(OutputFormat::Mp4),
+            Some("gif") => Ok(OutputFormat::Gif),
+            Some("png") => Ok(OutputFormat::Png),
             _ => bail!("--output {}: the name must end in .mp4, .gif or .png", file.display()),
         }
     }
@@ -35,7 +35,7 @@ impl Kind {
     /// # Errors
     /// It cannot.
     pub(super) fn check(self, fps: f64) -> anyhow::Result<()> {
-        if self == Kind::Gif && fps > 50.0 {
+        if self == OutputFormat::Gif && fps > 50.0 {
             bail!("--fps {fps}: a .gif shows at most 50 pictures in a second");
         }
         Ok(())
@@ -69,7 +69,7 @@ impl Sink {
     /// # Errors
     /// The file cannot be written, or the size is not of the kind.
     pub(super) fn new(
-        kind: Kind,
+        kind: OutputFormat,
         file: &Path,
         size: (u32, u32),
         fps: f64,
@@ -77,15 +77,15 @@ impl Sink {
     ) -> anyhow::Result<Self> {
         let (width, height) = size;
         match kind {
-            Kind::Mp4 if width % 2 == 1 || height % 2 == 1 => {
+            OutputFormat::Mp4 if width % 2 == 1 || height % 2 == 1 => {
                 bail!("--size {width}x{height}: an .mp4 needs an even width and an even height")
             }
-            Kind::Mp4 => {
+            OutputFormat::Mp4 => {
                 let program = coder.context("no ffmpeg was looked for")?;
                 Ok(Sink::Mp4(Coder::start(&program, file, size, fps)?))
             }
-            Kind::Gif => Ok(Sink::Gif(GifFile::create(file, size, fps)?)),
-            Kind::Png => Ok(Sink::Png { file: file.to_owned(), size }),
+            OutputFormat::Gif => Ok(Sink::Gif(GifFile::create(file, size, fps)?)),
+            OutputFormat::Png => Ok(Sink::Png { file: file.to_owned(), size }),
         }
     }
 

@@ -8,7 +8,7 @@ mod recording;
 use crate::progress::{Progress, duration};
 use anyhow::{Context, bail};
 use clap::Args;
-use files::{Kind, Sink};
+use files::{OutputFormat, Sink};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_replay::{self as replay, Replay, VerifyError};
 use palmares_senses::camera::Film;
@@ -102,7 +102,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 
 /// The film is made, or the reason is printed.
 pub(crate) fn render(options: &RenderOptions) -> anyhow::Result<ExitCode> {
-    let kind = Kind::of(&options.output)?;
+    let kind = OutputFormat::of(&options.output)?;
     kind.check(options.fps)?;
     if let (Some(from), Some(to)) = (options.from, options.to)
         && from >= to
@@ -111,7 +111,7 @@ pub(crate) fn render(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     }
     let (name, bytes) = recording::load(&options.run, &options.url, options.ca.as_deref())?;
     // Before the simulation, which takes longer.
-    let coder = (kind == Kind::Mp4).then(ffmpeg::find).transpose()?;
+    let coder = (kind == OutputFormat::Mp4).then(ffmpeg::find).transpose()?;
     files::check_writable(&options.output)?;
     let tasks = crate::verify::own_tasks(&options.tasks)?;
     let shot = match replay::read(&bytes).and_then(|replay| shoot(&replay, &tasks, options, kind)) {
@@ -146,13 +146,13 @@ struct Shot {
 }
 
 /// Ticks of the pictures of a film, one after the other.
-fn ticks(options: &RenderOptions, kind: Kind, tick_s: f64, last: u64) -> anyhow::Result<Vec<u64>> {
+fn ticks(options: &RenderOptions, kind: OutputFormat, tick_s: f64, last: u64) -> anyhow::Result<Vec<u64>> {
     let tick = |time_s: f64| (time_s / tick_s).round().max(0.0) as u64;
     let end_s = last as f64 * tick_s;
     if let Some(from) = options.from.filter(|from| tick(*from) > last) {
         bail!("--from {from}: the run ends after {end_s} s");
     }
-    if kind == Kind::Png {
+    if kind == OutputFormat::Png {
         return Ok(vec![options.from.map_or(last, tick)]);
     }
     let from = options.from.unwrap_or(0.0).max(0.0);
@@ -189,7 +189,7 @@ fn shoot(
     replay: &Replay,
     tasks: &[std::sync::Arc<palmares_tasks::Task>],
     options: &RenderOptions,
-    kind: Kind,
+    kind: OutputFormat,
 ) -> Result<anyhow::Result<Shot>, VerifyError> {
     let ticks = match ticks(options, kind, replay.header.tick_s, replay.outcome.ticks) {
         Ok(ticks) => ticks,

@@ -15,17 +15,23 @@ fn options(line: &str) -> Result<RenderOptions, String> {
 
 #[test]
 fn pictures_are_at_equal_times_of_the_part() {
-    let of = |line: &str, kind: Kind| {
+    let of = |line: &str, kind: OutputFormat| {
         ticks(&options(line).expect("valid"), kind, 0.01, 300).map_err(|error| error.to_string())
     };
-    assert_eq!(of("a.mcap -o a.mp4 --fps 1", Kind::Mp4), Ok(vec![0, 100, 200, 300]));
-    assert_eq!(of("a.mcap -o a.mp4 --fps 1 --from 1 --to 2.5", Kind::Mp4), Ok(vec![100, 200]));
-    assert_eq!(of("a.mcap -o a.mp4 --fps 2 --speed 4 --from 0.5", Kind::Mp4), Ok(vec![50, 250]));
+    assert_eq!(of("a.mcap -o a.mp4 --fps 1", OutputFormat::Mp4), Ok(vec![0, 100, 200, 300]));
+    assert_eq!(of("a.mcap -o a.mp4 --fps 1 --from 1 --to 2.5", OutputFormat::Mp4), Ok(vec![100, 200]));
+    assert_eq!(of("a.mcap -o a.mp4 --fps 2 --speed 4 --from 0.5", OutputFormat::Mp4), Ok(vec![50, 250]));
     // Slower than the ticks: a moment is shown several times.
-    assert_eq!(of("a.mcap -o a.mp4 --fps 50 --speed 0.25 --to 0.02", Kind::Mp4), Ok(vec![0, 1, 1, 2, 2]));
-    assert_eq!(of("a.mcap -o a.png", Kind::Png), Ok(vec![300]));
-    assert_eq!(of("a.mcap -o a.png --from 0.5", Kind::Png), Ok(vec![50]));
-    assert_eq!(of("a.mcap -o a.png --from 5", Kind::Png), Err("--from 5: the run ends after 3 s".into()));
+    assert_eq!(
+        of("a.mcap -o a.mp4 --fps 50 --speed 0.25 --to 0.02", OutputFormat::Mp4),
+        Ok(vec![0, 1, 1, 2, 2])
+    );
+    assert_eq!(of("a.mcap -o a.png", OutputFormat::Png), Ok(vec![300]));
+    assert_eq!(of("a.mcap -o a.png --from 0.5", OutputFormat::Png), Ok(vec![50]));
+    assert_eq!(
+        of("a.mcap -o a.png --from 5", OutputFormat::Png),
+        Err("--from 5: the run ends after 3 s".into())
+    );
 }
 
 #[test]

@@ -76,7 +76,7 @@ pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
     let mut verified = options.resume.as_deref().map(verified_in).transpose()?.unwrap_or_default();
     let found: Vec<String> = sources.iter().map(Source::name).collect();
     sources.retain(|source| !verified.contains_key(&source.name()));
-    // Of an earlier output, only what is a source now.
+    // An earlier output may have other sources; they are dropped.
     verified.retain(|name, _| found.contains(name));
     let skipped = found.len() - sources.len();
     let season = options.ray.is_some()

@@ -135,7 +135,7 @@ impl ListedRun {
                 Some(format!("the score is {score} in the replay, {listed} in the table"))
             }
             (_, None) => Some(format!("the score is {score} in the replay, and the table has none")),
-            // Another program may not tell the digest.
+            // Another program may not report the digest.
             (Some(listed), _) if !sha256.is_empty() && listed != sha256 => {
                 Some(format!("its SHA-256 is {sha256}, {listed} in the table"))
             }

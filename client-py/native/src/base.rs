@@ -1,4 +1,4 @@
-//! What the actions of a batch say of the base.
+//! The part of a batch's actions that moves the base.
 
 use crate::lookup::one_of;
 use palmares_tasks::{BaseTarget, Task};

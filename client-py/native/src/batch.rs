@@ -5,14 +5,14 @@ use crate::aligned::Aligned;
 use crate::base::Base;
 use crate::batch_step::{BatchStep, How};
 use crate::fields::{Field, fields};
-use crate::interrupt::{Told, tell};
+use crate::interrupt::{ProgressReport, report_progress};
 use crate::lookup;
 use crate::parameters;
 use crate::pictures;
 use crate::slot::{self, Opened, Slot};
 use crate::snapshot::Snapshot;
 use crate::state::{self, Placed};
-use crate::training::{Asked, Training, status};
+use crate::training::{Training, TrainingRequest, status};
 use crate::workers::Workers;
 use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_analysis::mechanics::Mechanics;
@@ -62,7 +62,7 @@ impl Batch {
         noise: &str,
         threads: usize,
         base: &str,
-        training: Option<Asked>,
+        training: Option<TrainingRequest>,
     ) -> PyResult<Self> {
         if !(1..=100_000).contains(&count) {
             return Err(PyValueError::new_err(format!("count: found {count}; wanted 1 to 100000")));
@@ -118,15 +118,15 @@ impl Batch {
         self.fields.iter().map(|field| (field.name, field.shape.clone())).collect()
     }
 
-    /// Opens a run in each world of `mask`, by its place in `seeds`, with its row of `parameters`; calls `told` with the
+    /// Opens a run in each world of `mask`, by its place in `seeds`, with its row of `parameters`; calls `report` with the
     /// number of open ones.
-    #[pyo3(signature = (seeds, mask, told=None, parameters=None))]
+    #[pyo3(signature = (seeds, mask, report=None, parameters=None))]
     fn reset(
         &mut self,
         py: Python<'_>,
         seeds: Vec<u64>,
         mask: Vec<bool>,
-        told: Told<'_>,
+        report: ProgressReport<'_>,
         parameters: Option<Bound<'_, PyDict>>,
     ) -> PyResult<()> {
         self.fits("seeds", seeds.len())?;
@@ -154,21 +154,21 @@ impl Batch {
             }
             py.check_signals()?;
             opened += some.len() as u64;
-            tell(&told, opened)?;
+            report_progress(&report, opened)?;
         }
         Ok(())
     }
 
     /// Advances each world of `mask` by up to `ticks` under its row of `actions`, which may end with an effort of
-    /// each motor; a finished world does not move. Calls `told` with the number of ticks done.
-    #[pyo3(signature = (actions, ticks, mask, told=None))]
+    /// each motor; a finished world does not move. Calls `report` with the number of ticks done.
+    #[pyo3(signature = (actions, ticks, mask, report=None))]
     fn step(
         &mut self,
         py: Python<'_>,
         actions: PyReadonlyArray2<'_, f64>,
         ticks: u32,
         mask: Vec<bool>,
-        told: Told<'_>,
+        report: ProgressReport<'_>,
     ) -> PyResult<()> {
         self.fits("mask", mask.len())?;
         let (count, motors) = (self.slots.len(), self.hand.motors.len());
@@ -203,7 +203,7 @@ impl Batch {
         self.slots.iter_mut().zip(&mask).filter(|(_, chosen)| **chosen).for_each(|(slot, _)| slot.begin());
         self.begun += 1;
         self.unfinished = Some(BatchStep { actions, width, ticks, left: ticks, mask });
-        self.finish(py, told)
+        self.finish(py, report)
     }
 
     /// Number of steps begun.
@@ -223,15 +223,15 @@ impl Batch {
         self.unfinished = None;
     }
 
-    /// Makes the rest of an interrupted step. Calls `told` with the number of ticks done.
-    #[pyo3(signature = (told=None))]
-    fn finish(&mut self, py: Python<'_>, told: Told<'_>) -> PyResult<()> {
+    /// Makes the rest of an interrupted step. Calls `report` with the number of ticks done.
+    #[pyo3(signature = (report=None))]
+    fn finish(&mut self, py: Python<'_>, report: ProgressReport<'_>) -> PyResult<()> {
         let Batch { slots, workers, hand, task, sensing, base, unfinished, .. } = self;
         let workers = workers.started()?;
         let Some(mut step) = unfinished.take() else { return Ok(()) };
         let how =
             How { motors: hand.motors.len(), base: *base, sensing: *sensing, objects: task.objects.count };
-        let made = step.go_on(py, slots, workers, &how, &told);
+        let made = step.go_on(py, slots, workers, &how, &report);
         *unfinished = Some(step).filter(BatchStep::misses_ticks);
         made
     }
@@ -262,7 +262,7 @@ impl Batch {
 
     /// The observations: of each field an array (N, …).
     fn observe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let told = PyDict::new(py);
+        let dict = PyDict::new(py);
         let mut begin = 0;
         for Field { name, shape, len } in &self.fields {
             let mut values = Aligned::<f64>::zeros(len * self.slots.len());
@@ -271,9 +271,9 @@ impl Batch {
             }
             begin += len;
             let whole: Vec<usize> = std::iter::once(self.slots.len()).chain(shape.iter().copied()).collect();
-            told.set_item(*name, values.array(py, &whole)?)?;
+            dict.set_item(*name, values.array(py, &whole)?)?;
         }
-        Ok(told)
+        Ok(dict)
     }
 
     /// Reward of the last step, score until now, whether it is complete, whether it was cut short: arrays
@@ -314,16 +314,16 @@ impl Batch {
         }
         let terms = |slot: &Slot| slot.shaper.as_ref().map(Shaper::terms).unwrap_or_default();
         let all: Vec<Terms> = self.slots.iter().map(terms).collect();
-        let told = PyDict::new(py);
+        let dict = PyDict::new(py);
         let put = |name: &str, of: fn(&Terms) -> f64| {
-            told.set_item(name, all.iter().map(of).collect::<Vec<f64>>().to_pyarray(py))
+            dict.set_item(name, all.iter().map(of).collect::<Vec<f64>>().to_pyarray(py))
         };
         put("distance", |terms| terms.distance)?;
         put("contact", |terms| terms.contact)?;
         put("lift", |terms| terms.lift)?;
         put("transport", |terms| terms.transport)?;
         put("brought", |terms| terms.brought)?;
-        Ok(Some(told))
+        Ok(Some(dict))
     }
 
     /// Names of the hand's numbers that are drawn for each run.
@@ -386,20 +386,20 @@ impl Batch {
     /// The result of a world that is over.
     fn result<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(outcome) = &self.slot(world)?.outcome else { return Ok(None) };
-        let told = PyDict::new(py);
+        let dict = PyDict::new(py);
         let run = self.slot(world)?.run.as_ref();
         let varied = run.is_some_and(|run| run.task().is_varied() || run.is_placed());
-        told.set_item("status", status(outcome, varied))?;
-        told.set_item("score", outcome.score)?;
-        told.set_item("in_goal", outcome.in_goal)?;
-        told.set_item("outside", outcome.outside)?;
-        told.set_item("reason", outcome.reason.as_str())?;
-        told.set_item("fault", outcome.fault.map(Fault::code))?;
-        told.set_item("note", run.and_then(Run::failure).map(|failure| failure.to_string()))?;
-        told.set_item("ticks", outcome.ticks)?;
-        told.set_item("sim_time_s", outcome.sim_time_s)?;
-        told.set_item("state_hash", &outcome.state_hash)?;
-        Ok(Some(told))
+        dict.set_item("status", status(outcome, varied))?;
+        dict.set_item("score", outcome.score)?;
+        dict.set_item("in_goal", outcome.in_goal)?;
+        dict.set_item("outside", outcome.outside)?;
+        dict.set_item("reason", outcome.reason.as_str())?;
+        dict.set_item("fault", outcome.fault.map(Fault::code))?;
+        dict.set_item("note", run.and_then(Run::failure).map(|failure| failure.to_string()))?;
+        dict.set_item("ticks", outcome.ticks)?;
+        dict.set_item("sim_time_s", outcome.sim_time_s)?;
+        dict.set_item("state_hash", &outcome.state_hash)?;
+        Ok(Some(dict))
     }
 
     /// Takes a snapshot of a world.
@@ -457,14 +457,14 @@ impl Batch {
     fn pictures<'py>(
         &mut self,
         py: Python<'py>,
-        asked: pictures::Asked,
+        request: pictures::PictureRequest,
         kinds: Vec<String>,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.all_open()?;
         let Batch { slots, workers, .. } = self;
         let runs: Vec<&mut Run> = slots.iter_mut().filter_map(|slot| slot.run.as_mut()).collect();
         let lead = [runs.len()];
-        pictures::pictures(py, runs, Some(workers.started()?), &asked, &kinds, &lead)
+        pictures::pictures(py, runs, Some(workers.started()?), &request, &kinds, &lead)
     }
 
     /// Pushes a link in the worlds of `mask`: a force and a torque (N, 3) for each, in the world frame.

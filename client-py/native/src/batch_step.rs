@@ -1,7 +1,7 @@
 //! A step of a batch. An exception of a signal handler can interrupt it between two ticks; then it goes on later.
 
 use crate::base::Base;
-use crate::interrupt::{LOOK, Told, tell};
+use crate::interrupt::{LOOK, ProgressReport, report_progress};
 use crate::slot::Slot;
 use crate::workers::Workers;
 use palmares_tasks::{Action, Sensing};
@@ -20,7 +20,7 @@ pub(crate) struct BatchStep {
     pub(crate) mask: Vec<bool>,
 }
 
-/// What the batch is.
+/// The settings of the batch.
 pub(crate) struct How {
     pub(crate) motors: usize,
     pub(crate) base: Base,
@@ -40,14 +40,14 @@ impl BatchStep {
         }
     }
 
-    /// Makes the missing ticks. Calls `told` with the number of ticks done.
+    /// Makes the missing ticks. Calls `report` with the number of ticks done.
     pub(crate) fn go_on(
         &mut self,
         py: Python<'_>,
         slots: &mut [Slot],
         workers: &Workers,
         how: &How,
-        told: &Told<'_>,
+        report: &ProgressReport<'_>,
     ) -> PyResult<()> {
         let (count, &How { motors, base, sensing, objects }) = (slots.len(), how);
         let mut moving: Vec<(&mut Slot, Action)> = slots
@@ -74,7 +74,8 @@ impl BatchStep {
                     });
                 }
             });
-            interrupted = py.check_signals().and_then(|()| tell(told, u64::from(self.ticks - left)));
+            interrupted =
+                py.check_signals().and_then(|()| report_progress(report, u64::from(self.ticks - left)));
             if left > 0 && moving.iter().all(|(slot, _)| slot.is_over()) {
                 left = 0;
                 py.detach(|| workers.each(&mut moving, |(slot, _)| slot.end(sensing, objects)));

@@ -26,13 +26,13 @@ pub(crate) struct Entry {
 /// The ticks of a run, the oldest first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct History {
-    full: Option<Arc<Part>>,
+    full: Option<Arc<HistorySegment>>,
     last: Vec<Entry>,
 }
 
 #[derive(Debug)]
-struct Part {
-    before: Option<Arc<Part>>,
+struct HistorySegment {
+    before: Option<Arc<HistorySegment>>,
     entries: Vec<Entry>,
 }
 
@@ -42,7 +42,7 @@ impl History {
         self.last.push(entry);
         if self.last.len() == PART {
             let entries = std::mem::take(&mut self.last);
-            self.full = Some(Arc::new(Part { before: self.full.take(), entries }));
+            self.full = Some(Arc::new(HistorySegment { before: self.full.take(), entries }));
         }
     }
 
@@ -60,7 +60,7 @@ impl History {
     }
 }
 
-impl Drop for Part {
+impl Drop for HistorySegment {
     /// One after the other: a long run's parts would not fit on the stack.
     fn drop(&mut self) {
         let mut before = self.before.take();

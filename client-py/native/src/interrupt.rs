@@ -11,11 +11,11 @@ use std::time::Duration;
 pub(crate) const LOOK: Duration = Duration::from_millis(50);
 
 /// A Python function that is called with the progress.
-pub(crate) type Told<'py> = Option<Bound<'py, PyAny>>;
+pub(crate) type ProgressReport<'py> = Option<Bound<'py, PyAny>>;
 
 /// Reports the progress if there is a function for it.
-pub(crate) fn tell(told: &Told<'_>, done: u64) -> PyResult<()> {
-    told.as_ref().map_or(Ok(()), |told| told.call1((done,)).map(|_| ()))
+pub(crate) fn report_progress(report: &ProgressReport<'_>, done: u64) -> PyResult<()> {
+    report.as_ref().map_or(Ok(()), |report| report.call1((done,)).map(|_| ()))
 }
 
 /// Does `work` on a thread of its own, without the interpreter's lock. If a signal raises an exception
@@ -27,16 +27,16 @@ pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
-    interruptible_told(py, &None, |_| work())
+    interruptible_with_progress(py, &None, |_| work())
 }
 
-/// Like `interruptible`, and calls `told` repeatedly with the count of `work`.
+/// Like `interruptible`, and calls `report` repeatedly with the count of `work`.
 ///
 /// # Errors
-/// The exception of the signal handler or of `told`; the work panicked.
-pub(crate) fn interruptible_told<T: Send + 'static>(
+/// The exception of the signal handler or of `report`; the work panicked.
+pub(crate) fn interruptible_with_progress<T: Send + 'static>(
     py: Python<'_>,
-    told: &Told<'_>,
+    report: &ProgressReport<'_>,
     work: impl FnOnce(&AtomicU64) -> T + Send + 'static,
 ) -> PyResult<T> {
     let counted = Arc::new(AtomicU64::new(0));
@@ -58,7 +58,7 @@ pub(crate) fn interruptible_told<T: Send + 'static>(
             Ok(value) => return Ok(value),
             Err(RecvTimeoutError::Timeout) => {
                 py.check_signals()?;
-                tell(told, counted.load(Ordering::Relaxed))?;
+                report_progress(report, counted.load(Ordering::Relaxed))?;
             }
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(PyRuntimeError::new_err("the simulation failed; see what it printed"));

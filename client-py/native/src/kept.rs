@@ -12,7 +12,7 @@ const MOST_FILES: usize = 10_000;
 /// Path, time of the last change and length of every file of a folder.
 type Stamp = Vec<(PathBuf, Option<SystemTime>, u64)>;
 
-/// What was read from paths.
+/// Values that were read from paths.
 pub(crate) struct Kept<T>(Mutex<Option<HashMap<PathBuf, (Stamp, T)>>>);
 
 impl<T: Clone> Kept<T> {
@@ -20,7 +20,7 @@ impl<T: Clone> Kept<T> {
         Kept(Mutex::new(None))
     }
 
-    /// What `read` makes of a path: from memory, if no file in its folder has changed.
+    /// The value that `read` makes of a path: from memory, if no file in its folder has changed.
     pub(crate) fn read<E>(&self, path: &Path, read: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let folder = if path.is_dir() { Some(path) } else { path.parent() };
         let Some(stamp) = folder.and_then(stamp) else { return read() };

@@ -40,7 +40,7 @@ fn main(py: Python<'_>, argv: Vec<String>) -> i32 {
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_class::<world::World>()?;
+    module.add_class::<world::PyWorld>()?;
     module.add_class::<snapshot::Snapshot>()?;
     module.add_class::<batch::Batch>()?;
     module.add_class::<recording::Recording>()?;

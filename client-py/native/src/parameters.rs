@@ -14,7 +14,7 @@ const HAND: &str = "hand_";
 /// Names of the factors of objects.
 const FACTORS: [&str; 3] = ["mass", "friction", "size"];
 
-/// What is given for each of `count` runs: of the objects arrays (`count`, `objects`), of the hand arrays (`count`,).
+/// The given numbers of each of `count` runs: of the objects arrays (`count`, `objects`), of the hand arrays (`count`,).
 pub(crate) fn given(
     parameters: Option<&Bound<'_, PyDict>>,
     hand: &Hand,
@@ -64,17 +64,17 @@ pub(crate) fn in_effect<'py>(
     hand: &Hand,
     objects: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let told = PyDict::new(py);
+    let dict = PyDict::new(py);
     let of_objects: Vec<Vec<[f64; 3]>> = runs.iter().map(|(run, _)| factors(run)).collect();
     for (k, name) in FACTORS.iter().enumerate() {
         let row = |of: &Vec<[f64; 3]>| -> Vec<f64> {
             (0..objects).map(|object| of.get(object).map_or(1.0, |three| three[k])).collect()
         };
         let numbers: Vec<f64> = of_objects.iter().flat_map(row).collect();
-        told.set_item(*name, PyArray1::from_vec(py, numbers).reshape([runs.len(), objects])?)?;
+        dict.set_item(*name, PyArray1::from_vec(py, numbers).reshape([runs.len(), objects])?)?;
     }
     let noise: Vec<f64> = runs.iter().map(|(run, _)| sensor_noise(run)).collect();
-    told.set_item("sensor_noise", PyArray1::from_vec(py, noise))?;
+    dict.set_item("sensor_noise", PyArray1::from_vec(py, noise))?;
     for (k, entry) in hand.uncertain.iter().enumerate() {
         let own = match entry.range {
             Range::Factor(_) => 1.0,
@@ -82,24 +82,24 @@ pub(crate) fn in_effect<'py>(
         };
         let number = |(_, numbers): &(&Run, &[Option<f64>])| numbers.get(k).copied().flatten().unwrap_or(own);
         let numbers: Vec<f64> = runs.iter().map(number).collect();
-        told.set_item(format!("{HAND}{}", entry.name), PyArray1::from_vec(py, numbers))?;
+        dict.set_item(format!("{HAND}{}", entry.name), PyArray1::from_vec(py, numbers))?;
     }
-    Ok(told)
+    Ok(dict)
 }
 
-/// What was given for a run, in the form that [`given`] takes; none where nothing was.
+/// The given numbers of a run, in the form that [`given`] takes; none if none are given.
 pub(crate) fn given_arrays<'py>(py: Python<'py>, given: &Given) -> PyResult<Option<Bound<'py, PyDict>>> {
     if *given == Given::default() {
         return Ok(None);
     }
-    let told = PyDict::new(py);
+    let dict = PyDict::new(py);
     for (name, factors) in FACTORS.iter().zip([&given.mass, &given.friction, &given.size]) {
         if let Some(factors) = factors {
-            told.set_item(*name, PyArray1::from_slice(py, factors).reshape([1, factors.len()])?)?;
+            dict.set_item(*name, PyArray1::from_slice(py, factors).reshape([1, factors.len()])?)?;
         }
     }
     for (name, number) in &given.hand {
-        told.set_item(format!("{HAND}{name}"), PyArray1::from_slice(py, &[*number]))?;
+        dict.set_item(format!("{HAND}{name}"), PyArray1::from_slice(py, &[*number]))?;
     }
-    Ok(Some(told))
+    Ok(Some(dict))
 }

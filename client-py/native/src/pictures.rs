@@ -21,7 +21,7 @@ const KINDS: [&str; 5] = ["depth", "depth_mm", "rgb", "bodies", "film"];
 
 /// A camera as Python describes it.
 #[derive(FromPyObject)]
-pub(crate) struct Asked {
+pub(crate) struct PictureRequest {
     /// Name of a camera of task or hand.
     camera: Option<String>,
     /// Without a name: pose of the optical frame in a link or in the world, field of view, range.
@@ -33,7 +33,7 @@ pub(crate) struct Asked {
     size: Option<(u32, u32)>,
 }
 
-impl Asked {
+impl PictureRequest {
     fn view(&self, run: &Run) -> PyResult<View> {
         match (&self.camera, self.pose) {
             (Some(name), _) => run.view(name, self.size).map_err(value_error),
@@ -90,7 +90,7 @@ pub(crate) fn pictures<'py>(
     py: Python<'py>,
     runs: Vec<&mut Run>,
     workers: Option<&Workers>,
-    asked: &Asked,
+    request: &PictureRequest,
     kinds: &[String],
     lead: &[usize],
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -98,7 +98,7 @@ pub(crate) fn pictures<'py>(
         return Err(value_error(format!("kinds: found {unknown:?}; wanted some of {}", KINDS.join(", "))));
     }
     let count = runs.len();
-    let Some(view) = runs.first().map(|run| asked.view(run)).transpose()? else {
+    let Some(view) = runs.first().map(|run| request.view(run)).transpose()? else {
         return Err(value_error("there is no world"));
     };
     let pixels = view.lens().pixels();
@@ -120,7 +120,7 @@ pub(crate) fn pictures<'py>(
             None => frames.iter_mut().for_each(|frame| frame.draw(&view)),
         });
     }
-    let told = PyDict::new(py);
+    let dict = PyDict::new(py);
     let size = [view.lens().height as usize, view.lens().width as usize];
     let shape: Vec<usize> = lead.iter().copied().chain(size).collect();
     let coloured = [&shape[..], &[3]].concat();
@@ -132,9 +132,9 @@ pub(crate) fn pictures<'py>(
             "film" => take(&mut film).array(py, &coloured),
             _ => take(&mut bodies).array(py, &shape),
         };
-        told.set_item(kind, array?)?;
+        dict.set_item(kind, array?)?;
     }
-    Ok(told)
+    Ok(dict)
 }
 
 /// Depth of named cameras as their messages have it, m, 0 without a reading: for each an array (N, height, width).
@@ -144,7 +144,7 @@ pub(crate) fn depths<'py>(
     workers: &Workers,
     cameras: &[String],
 ) -> PyResult<Bound<'py, PyDict>> {
-    let told = PyDict::new(py);
+    let dict = PyDict::new(py);
     let Some(first) = runs.first() else { return Err(value_error("there is no world")) };
     let mut shots = Vec::new();
     for camera in cameras {
@@ -163,9 +163,9 @@ pub(crate) fn depths<'py>(
         let Some((size, _)) = images.first() else { return Err(value_error("there is no image")) };
         let shape = [images.len(), size[0], size[1]];
         let values: Vec<f64> = images.iter().flat_map(|(_, depth)| depth.iter().copied()).collect();
-        told.set_item(camera, Aligned::of(&values).array(py, &shape)?)?;
+        dict.set_item(camera, Aligned::of(&values).array(py, &shape)?)?;
     }
-    Ok(told)
+    Ok(dict)
 }
 
 /// Rows and columns of an image, and its depths; none for a camera that gave no image.

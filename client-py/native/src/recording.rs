@@ -1,7 +1,7 @@
 //! Replays in Python: what they say of their run, and the run as arrays.
 
 use crate::analysis::arrays::value_error;
-use crate::interrupt::{Told, interruptible_told};
+use crate::interrupt::{ProgressReport, interruptible_with_progress};
 use crate::lookup;
 use crate::state::{self, Quantity, STATE};
 use numpy::{PyArray1, PyArrayMethods};
@@ -26,11 +26,11 @@ pub(crate) struct Recording {
 /// Names of motors, fingers, tendons and objects, by their kind.
 type Names = Vec<(String, Vec<String>)>;
 
-/// What is kept of a run.
+/// The recorded numbers of a run.
 struct Rows {
     hand: Arc<Hand>,
     objects: usize,
-    /// Of each tick the numbers of [`STATE`], then the others.
+    /// The numbers of [`STATE`] of each tick, then the others.
     rows: Vec<Vec<f64>>,
 }
 
@@ -68,13 +68,13 @@ impl Recording {
     }
 
     /// Simulates the run again and returns its arrays (ticks + 1, …), and the names of motors, fingers, tendons and objects. Calls
-    /// `told` with the number of ticks that are done.
-    #[pyo3(signature = (tasks, told=None))]
+    /// `report` with the number of ticks that are done.
+    #[pyo3(signature = (tasks, report=None))]
     fn arrays<'py>(
         &self,
         py: Python<'py>,
         tasks: Vec<String>,
-        told: Told<'py>,
+        report: ProgressReport<'py>,
     ) -> PyResult<(Bound<'py, PyDict>, Names)> {
         let tasks = tasks.iter().map(|path| lookup::task(path)).collect::<PyResult<Vec<_>>>()?;
         let recorded = Arc::clone(&self.replay);
@@ -97,7 +97,7 @@ impl Recording {
             verified.map_err(|error| format!("{}: {error}", error.name()))?;
             Ok((rows.ok_or("the run has no tick")?, names))
         };
-        let (kept, names) = interruptible_told(py, &told, work)?.map_err(value_error)?;
+        let (kept, names) = interruptible_with_progress(py, &report, work)?.map_err(value_error)?;
         let Rows { hand, objects, rows } = &kept;
         let quantities: Vec<&Quantity> = STATE.iter().collect();
         let arrays = state::arrays(py, &quantities, hand, *objects, &[rows.len()], rows)?;

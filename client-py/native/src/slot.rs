@@ -24,7 +24,7 @@ pub(crate) struct Slot {
     pub(crate) constant: Vec<f64>,
     /// Drawn numbers of its hand.
     pub(crate) drawn: Vec<f64>,
-    /// What was given rather than drawn.
+    /// Numbers that were given rather than drawn.
     pub(crate) given: Given,
     pub(crate) score: f64,
     pub(crate) reward: f64,
@@ -140,8 +140,8 @@ impl Slot {
                 break;
             }
             events.extend(run.events().iter().map(|event| {
-                let told = event.redacted_for(sensing);
-                (told.tick, told.kind, told.object)
+                let shown = event.redacted_for(sensing);
+                (shown.tick, shown.kind, shown.object)
             }));
         }
         WORKSPACE.with_borrow_mut(|workspace| run.exchange(workspace));

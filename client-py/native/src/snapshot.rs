@@ -14,7 +14,7 @@ pub(crate) struct Snapshot {
     pub(crate) run: run::Snapshot,
     /// The seed's number.
     pub(crate) number: u64,
-    /// What was given rather than drawn.
+    /// Numbers that were given rather than drawn.
     pub(crate) given: Given,
     /// The actions until then; unknown when it comes from bytes.
     pub(crate) history: Option<History>,
@@ -71,7 +71,7 @@ impl Snapshot {
         self.number
     }
 
-    /// What was given rather than drawn, as arrays of one run: (1, objects) and (1,).
+    /// Numbers that were given rather than drawn, as arrays of one run: (1, objects) and (1,).
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         parameters::given_arrays(py, &self.given)

@@ -58,7 +58,7 @@ pub(crate) const STATE: [Quantity; 6] = [
     },
 ];
 
-/// What follows from the state.
+/// Quantities that follow from the state.
 pub(crate) const MECHANICS: [Quantity; 8] = [
     Quantity {
         name: "links",
@@ -191,7 +191,7 @@ pub(crate) fn arrays<'py>(
     lead: &[usize],
     rows: &[Vec<f64>],
 ) -> PyResult<Bound<'py, PyDict>> {
-    let told = PyDict::new(py);
+    let dict = PyDict::new(py);
     let mut begin = 0;
     for quantity in quantities {
         let shape = (quantity.shape)(hand, objects);
@@ -199,12 +199,12 @@ pub(crate) fn arrays<'py>(
         let values: Vec<f64> = rows.iter().flat_map(|row| row[begin..end].iter().copied()).collect();
         begin = end;
         let whole: Vec<usize> = lead.iter().copied().chain(shape).collect();
-        told.set_item(quantity.name, PyArray1::from_vec(py, values).reshape(whole)?)?;
+        dict.set_item(quantity.name, PyArray1::from_vec(py, values).reshape(whole)?)?;
     }
-    Ok(told)
+    Ok(dict)
 }
 
-/// What is put elsewhere, as Python gives it: arrays of one run, or with a row for each.
+/// New poses and velocities, as Python gives them: arrays of one run, or with a row for each.
 #[derive(FromPyObject)]
 pub(crate) struct Placed<'py> {
     base: Option<PyReadonlyArrayDyn<'py, f64>>,
@@ -215,7 +215,7 @@ pub(crate) struct Placed<'py> {
 }
 
 impl Placed<'_> {
-    /// What is put elsewhere in each of `count` runs; without `lead` in the only one. `present` has the number of objects of each run.
+    /// The new poses and velocities of each of `count` runs; without `lead` there is one. `present` has the number of objects of each run.
     pub(crate) fn placements(
         &self,
         hand: &Hand,
@@ -274,9 +274,9 @@ fn body(row: &[f64]) -> Option<BodyState> {
 pub(crate) struct Contacts {
     /// Their number, also where it is larger.
     count: i64,
-    /// Of each its two bodies: −1 furniture, then links, then free objects.
+    /// The two bodies of each: −1 furniture, then links, then free objects.
     bodies: Vec<i64>,
-    /// Of each: position, normal from the first body to the second, force and torque on the second, gap.
+    /// Numbers of each: position, normal from the first body to the second, force and torque on the second, gap.
     numbers: Vec<f64>,
 }
 
@@ -318,14 +318,14 @@ pub(crate) fn contact_arrays<'py>(
     most: usize,
     all: &[Contacts],
 ) -> PyResult<Bound<'py, PyDict>> {
-    let told = PyDict::new(py);
+    let dict = PyDict::new(py);
     let shape = |last: &[usize]| -> Vec<usize> { lead.iter().copied().chain(last.iter().copied()).collect() };
     let count: Vec<i64> = all.iter().map(|it| it.count).collect();
-    told.set_item("count", PyArray1::from_vec(py, count).reshape(shape(&[]))?)?;
+    dict.set_item("count", PyArray1::from_vec(py, count).reshape(shape(&[]))?)?;
     let mask = all.iter().flat_map(|it| (0..most as i64).map(|k| k < it.count));
-    told.set_item("mask", PyArray1::from_vec(py, mask.collect::<Vec<bool>>()).reshape(shape(&[most]))?)?;
+    dict.set_item("mask", PyArray1::from_vec(py, mask.collect::<Vec<bool>>()).reshape(shape(&[most]))?)?;
     let bodies: Vec<i64> = all.iter().flat_map(|it| it.bodies.iter().copied()).collect();
-    told.set_item("bodies", PyArray1::from_vec(py, bodies).reshape(shape(&[most, 2]))?)?;
+    dict.set_item("bodies", PyArray1::from_vec(py, bodies).reshape(shape(&[most, 2]))?)?;
     let mut begin = 0;
     for (name, len) in CONTACT {
         let of = |it: &Contacts| -> Vec<f64> {
@@ -333,8 +333,8 @@ pub(crate) fn contact_arrays<'py>(
         };
         let values: Vec<f64> = all.iter().flat_map(of).collect();
         let last: &[usize] = if len == 1 { &[most] } else { &[most, len] };
-        told.set_item(name, PyArray1::from_vec(py, values).reshape(shape(last))?)?;
+        dict.set_item(name, PyArray1::from_vec(py, values).reshape(shape(last))?)?;
         begin += len;
     }
-    Ok(told)
+    Ok(dict)
 }

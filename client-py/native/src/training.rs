@@ -2,14 +2,14 @@
 
 use crate::lookup;
 use palmares_models::hand::{Hand, Uncertain};
-use palmares_tasks::training::{ActionErrors, Options, Quantity, Shaper};
+use palmares_tasks::training::{ActionErrors, Quantity, Shaper, TrainingOptions};
 use palmares_tasks::{HandDraw, Noise, Outcome, Reason, Run, Seed, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// The options as Python passes them.
 #[derive(FromPyObject)]
-pub(crate) struct Asked {
+pub(crate) struct TrainingRequest {
     shaping: bool,
     discount: Option<f64>,
     randomise: Randomise,
@@ -32,19 +32,24 @@ enum Randomise {
 
 /// The options as runs use them.
 pub(crate) struct Training {
-    pub(crate) options: Options,
+    pub(crate) options: TrainingOptions,
     shaping: bool,
     discount: Option<f64>,
 }
 
 impl Training {
     /// The chosen options, checked for a task, a hand and sensors.
-    pub(crate) fn of(asked: Option<Asked>, task: &Task, hand: &Hand, noise: Noise) -> PyResult<Self> {
-        let options = Options::none(task);
-        let Some(asked) = asked else {
+    pub(crate) fn of(
+        request: Option<TrainingRequest>,
+        task: &Task,
+        hand: &Hand,
+        noise: Noise,
+    ) -> PyResult<Self> {
+        let options = TrainingOptions::none(task);
+        let Some(request) = request else {
             return Ok(Training { options, shaping: false, discount: None });
         };
-        let Asked { shaping, discount, randomise, fraction, hand_sample, .. } = asked;
+        let TrainingRequest { shaping, discount, randomise, fraction, hand_sample, .. } = request;
         if shaping && task.training.rewards.is_none() {
             let message = format!("shaping: task `{}` has no [training.rewards] in its task.toml", task.name);
             return Err(PyValueError::new_err(message));
@@ -68,12 +73,12 @@ impl Training {
             let Some((index, count)) = hand_sample else { return Ok(options) };
             options.draw_hand(hand, HandDraw::Sample { index, count })
         });
-        let options = options.and_then(|options| match asked.step_ms {
+        let options = options.and_then(|options| match request.step_ms {
             Some(step_ms) => options.longest_step(1e-3 * step_ms),
             None => Ok(options),
         });
-        let (low, high) = asked.action_delay;
-        let actions = ActionErrors { delay: [low, high], noise: asked.action_noise };
+        let (low, high) = request.action_delay;
+        let actions = ActionErrors { delay: [low, high], noise: request.action_noise };
         let options = options.and_then(|options| options.action_errors(actions));
         Ok(Training { options: options.map_err(PyValueError::new_err)?, shaping, discount })
     }
@@ -101,7 +106,7 @@ impl Training {
 }
 
 /// The numbers of a hand that these options draw, or what is given in their place, in the run of a seed.
-pub(crate) fn drawn_of(options: &Options, hand: &Hand, seed: Seed) -> Vec<f64> {
+pub(crate) fn drawn_of(options: &TrainingOptions, hand: &Hand, seed: Seed) -> Vec<f64> {
     let given = |entry: &&Uncertain| options.given().hand.get(&entry.name).copied();
     let drawn = options.hand().numbers(hand, seed).into_iter();
     let entries = options.hand().entries(hand);
@@ -110,7 +115,7 @@ pub(crate) fn drawn_of(options: &Options, hand: &Hand, seed: Seed) -> Vec<f64> {
 
 /// Names of the numbers of a hand that these options draw for each run of a task.
 #[pyfunction]
-pub(crate) fn hand_numbers(task: &str, hand: &str, training: Asked) -> PyResult<Vec<String>> {
+pub(crate) fn hand_numbers(task: &str, hand: &str, training: TrainingRequest) -> PyResult<Vec<String>> {
     let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
     Ok(Training::of(Some(training), &task, &hand, Noise::Real)?.drawn_names(&hand))
 }

@@ -2,14 +2,14 @@
 
 use crate::analysis;
 use crate::history::{Entry, History, Push};
-use crate::interrupt::{LOOK, Told, interruptible, interruptible_told, tell};
+use crate::interrupt::{LOOK, ProgressReport, interruptible, interruptible_with_progress, report_progress};
 use crate::lookup;
 use crate::message;
 use crate::parameters;
 use crate::pictures;
 use crate::snapshot::Snapshot;
 use crate::state::{self, Placed};
-use crate::training::{Asked, Training, drawn_of, status};
+use crate::training::{Training, TrainingRequest, drawn_of, status};
 use palmares_analysis::mechanics::Mechanics;
 use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
@@ -30,8 +30,8 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// A world, which answers the requests `step`, `perturb` and `stop` of the protocol as a server's session does, in
 /// MessagePack.
-#[pyclass(module = "palmares._native")]
-pub(crate) struct World {
+#[pyclass(name = "World", module = "palmares._native")]
+pub(crate) struct PyWorld {
     run: Run,
     number: u64,
     sensing: Sensing,
@@ -44,7 +44,7 @@ pub(crate) struct World {
     shaping: f64,
     /// Drawn numbers of the hand, by name.
     drawn: Vec<(String, f64)>,
-    /// What was given rather than drawn; of each uncertain number of the hand what was given or drawn; the task's number of objects.
+    /// Numbers that were given rather than drawn; each uncertain number of the hand, given or drawn; the task's number of objects.
     given: Given,
     hand_numbers: Vec<Option<f64>>,
     objects: usize,
@@ -71,7 +71,7 @@ struct Unfinished {
 }
 
 #[pymethods]
-impl World {
+impl PyWorld {
     #[new]
     #[pyo3(signature = (task, hand, seed, sensing, noise, training=None, parameters=None))]
     #[allow(clippy::too_many_arguments)]
@@ -82,7 +82,7 @@ impl World {
         seed: u64,
         sensing: &str,
         noise: &str,
-        training: Option<Asked>,
+        training: Option<TrainingRequest>,
         parameters: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
@@ -104,7 +104,7 @@ impl World {
         let history = Some(History::default());
         let shaper = training.shaper(&run);
         let (pushes, shaping, outcome) = (Vec::new(), 0.0, None);
-        Ok(World {
+        Ok(PyWorld {
             run,
             number,
             sensing,
@@ -126,7 +126,7 @@ impl World {
 
     /// The message `obs` as in the reply to `reset`, with the scene; pictures of `cameras`.
     fn opened<'py>(&mut self, py: Python<'py>, cameras: Vec<String>) -> PyResult<Bound<'py, PyBytes>> {
-        let reply = self.seen(&cameras).map(|observation| {
+        let reply = self.observation(&cameras).map(|observation| {
             let task = self.run.task();
             let run = Some(Opened {
                 task: task.name.clone(),
@@ -144,14 +144,14 @@ impl World {
         message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
 
-    /// Answers a request; calls `told` with the number of ticks of a step that are done. The last request, asked again, gets the same
-    /// reply; an interrupted step, asked again, is made to its end.
-    #[pyo3(signature = (request, told=None))]
+    /// Answers a request; calls `report` with the number of ticks of a step that are done. The last request, sent again, gets the same
+    /// reply; an interrupted step, sent again, is made to its end.
+    #[pyo3(signature = (request, report=None))]
     fn answer<'py>(
         &mut self,
         py: Python<'py>,
         request: &[u8],
-        told: Told<'py>,
+        report: ProgressReport<'py>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         if let Some((last, reply)) = &self.answered
             && last == request
@@ -160,7 +160,7 @@ impl World {
         }
         if let Some(unfinished) = self.unfinished.take_if(|unfinished| unfinished.request == request) {
             let id = unfinished.id;
-            let reply = self.go_on(py, unfinished, &told)?;
+            let reply = self.go_on(py, unfinished, &report)?;
             return self.answered(py, id, request, reply);
         }
         let parsed = Encoding::MsgPack.read_binary(request);
@@ -169,7 +169,7 @@ impl World {
             Ok(_) if self.unfinished.is_some() => {
                 Err(Refusal::new(Code::WrongState, "a step was interrupted: finish it first"))
             }
-            Ok(Request::Step(step)) => self.begin_step(py, id, step, request, &told)?,
+            Ok(Request::Step(step)) => self.begin_step(py, id, step, request, &report)?,
             Ok(Request::Perturb(push)) => self.perturb(id, push),
             Ok(Request::Stop(request::Stop {})) => Ok(self.stop(py, id)?),
             Ok(other) => Err(Refusal::new(
@@ -200,7 +200,7 @@ impl World {
         cameras: Vec<String>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let own = std::mem::replace(&mut self.sensing, lookup::sensing(sensing)?);
-        let reply = self.seen(&cameras).map(|observation| self.obs(0, observation));
+        let reply = self.observation(&cameras).map(|observation| self.obs(0, observation));
         self.sensing = own;
         message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
@@ -225,8 +225,8 @@ impl World {
     }
 
     /// Another world that continues from here on its own.
-    fn fork(&self, py: Python<'_>) -> World {
-        World {
+    fn fork(&self, py: Python<'_>) -> PyWorld {
+        PyWorld {
             run: self.run.fork(),
             number: self.number,
             sensing: self.sensing,
@@ -269,10 +269,10 @@ impl World {
     fn pictures<'py>(
         &mut self,
         py: Python<'py>,
-        asked: pictures::Asked,
+        request: pictures::PictureRequest,
         kinds: Vec<String>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        pictures::pictures(py, vec![&mut self.run], None, &asked, &kinds, &[])
+        pictures::pictures(py, vec![&mut self.run], None, &request, &kinds, &[])
     }
 
     /// Puts the hand, its motors or the objects elsewhere. After an error nothing has changed.
@@ -303,13 +303,13 @@ impl World {
     #[getter]
     fn potential<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(terms) = self.shaper.as_ref().map(Shaper::terms) else { return Ok(None) };
-        let told = PyDict::new(py);
-        told.set_item("distance", terms.distance)?;
-        told.set_item("contact", terms.contact)?;
-        told.set_item("lift", terms.lift)?;
-        told.set_item("transport", terms.transport)?;
-        told.set_item("brought", terms.brought)?;
-        Ok(Some(told))
+        let dict = PyDict::new(py);
+        dict.set_item("distance", terms.distance)?;
+        dict.set_item("contact", terms.contact)?;
+        dict.set_item("lift", terms.lift)?;
+        dict.set_item("transport", terms.transport)?;
+        dict.set_item("brought", terms.brought)?;
+        Ok(Some(dict))
     }
 
     /// Drawn numbers of the hand, by name.
@@ -346,20 +346,20 @@ impl World {
     }
 
     /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten.
-    /// Calls `told` with the number of ticks played.
+    /// Calls `report` with the number of ticks played.
     /// The files of a hand of one's own are at `hand_path` and go into the replay.
-    #[pyo3(signature = (path, team, hand_path, told=None))]
+    #[pyo3(signature = (path, team, hand_path, report=None))]
     fn save_replay(
         &self,
         py: Python<'_>,
         path: PathBuf,
         team: String,
         hand_path: &str,
-        told: Told<'_>,
+        report: ProgressReport<'_>,
     ) -> PyResult<()> {
         let Some(history) = &self.history else {
             let message =
-                "this world went on from the bytes of a snapshot, which tell nothing of the ticks before";
+                "this world went on from the bytes of a snapshot, which do not hold the ticks before";
             return Err(PyValueError::new_err(message));
         };
         let (task, hand) = (Arc::clone(self.run.task()), Arc::clone(self.run.hand()));
@@ -414,11 +414,11 @@ impl World {
             let _ = std::fs::remove_dir(&folder);
             Ok(())
         };
-        interruptible_told(py, &told, work)?.map_err(PyOSError::new_err)
+        interruptible_with_progress(py, &report, work)?.map_err(PyOSError::new_err)
     }
 }
 
-impl World {
+impl PyWorld {
     fn obs(&self, id: u64, observation: Observation) -> Obs {
         let run_id = self.run_id.clone();
         Obs {
@@ -434,7 +434,7 @@ impl World {
     }
 
     /// The observation now.
-    fn seen(&mut self, cameras: &[String]) -> Result<Observation, Refusal> {
+    fn observation(&mut self, cameras: &[String]) -> Result<Observation, Refusal> {
         let shots = self.shots(cameras)?;
         Ok(self.looked(&shots))
     }
@@ -470,21 +470,21 @@ impl World {
         id: u64,
         step: Step,
         request: &[u8],
-        told: &Told<'_>,
+        report: &ProgressReport<'_>,
     ) -> PyResult<Result<Reply, Refusal>> {
         if let Err(refusal) = self.may_step(&step) {
             return Ok(Err(refusal));
         }
         let (left, request, events) = (step.repeat, request.to_vec(), Vec::new());
-        self.go_on(py, Unfinished { request, id, step, left, events }, told)
+        self.go_on(py, Unfinished { request, id, step, left, events }, report)
     }
 
-    /// Steps without the interpreter's lock. An exception of a signal handler or of `told` leaves the rest in `unfinished`.
+    /// Steps without the interpreter's lock. An exception of a signal handler or of `report` leaves the rest in `unfinished`.
     fn go_on(
         &mut self,
         py: Python<'_>,
         mut unfinished: Unfinished,
-        told: &Told<'_>,
+        report: &ProgressReport<'_>,
     ) -> PyResult<Result<Reply, Refusal>> {
         let shots = match self.shots(&unfinished.step.cameras) {
             Ok(shots) => shots,
@@ -498,7 +498,7 @@ impl World {
                 return Ok(Err(Refusal::new(Code::Internal, message).by(failure.fault)));
             }
             let done = u64::from(unfinished.step.repeat - unfinished.left);
-            if let Err(interrupted) = py.check_signals().and_then(|()| tell(told, done)) {
+            if let Err(interrupted) = py.check_signals().and_then(|()| report_progress(report, done)) {
                 self.unfinished = Some(unfinished);
                 return Err(interrupted);
             }

@@ -12,7 +12,7 @@ import numpy as np
 from palmares.arrays import Array
 
 Sensing: TypeAlias = Literal["sensors", "truth"]
-"""What observations have"""
+"""The content of observations"""
 Noise: TypeAlias = Literal["none", "real"]
 """Errors of the sensors"""
 MAX_SEED = 2**53 - 1

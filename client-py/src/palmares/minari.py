@@ -71,7 +71,7 @@ class _Episode:
         return EpisodeBuffer(
             id=number,
             seed=seed,
-            observations={name: np.stack([seen[name] for seen in self._observations]) for name in first},
+            observations={name: np.stack([row[name] for row in self._observations]) for name in first},
             actions=np.stack(self._actions),
             rewards=self._rewards,
             terminations=list(ends & self._terminated),
@@ -130,18 +130,18 @@ def _play(envs: BatchEnv, policy: Callable[[Arrays], Array], seeds: Sequence[int
     count = envs.num_envs
     playing: list[int | None] = list(seeds[:count])
     waiting = list(seeds[count:])[::-1]
-    seen = envs.reset(seed=seeds[:count])[0]
-    open_ones = [_Episode(_row(seen, k)) for k in range(count)]
+    observations = envs.reset(seed=seeds[:count])[0]
+    open_ones = [_Episode(_row(observations, k)) for k in range(count)]
     done: dict[int, _Episode] = {}
     while len(done) < len(seeds):
-        actions = np.asarray(policy(seen), dtype=np.float64)
-        seen, rewards, terminated, truncated, infos = envs.step(actions)
+        actions = np.asarray(policy(observations), dtype=np.float64)
+        observations, rewards, terminated, truncated, infos = envs.step(actions)
         over = terminated | truncated
         for k, seed in enumerate(playing):
             if seed is None:
                 continue
             info = {name: infos[name][k].item() for name in INFOS if name in infos}
-            outcome = _row(seen, k), float(rewards[k]), bool(terminated[k]), info
+            outcome = _row(observations, k), float(rewards[k]), bool(terminated[k]), info
             open_ones[k].add(actions[k].copy(), outcome)
             if over[k]:
                 done[seed] = open_ones[k]
@@ -149,9 +149,9 @@ def _play(envs: BatchEnv, policy: Callable[[Arrays], Array], seeds: Sequence[int
         if over.any() and len(done) < len(seeds):
             # An environment without a further seed plays on, unrecorded.
             nexts = [seed if over[k] else None for k, seed in enumerate(playing)]
-            seen = envs.reset(seed=nexts, options={"reset_mask": over})[0]
+            observations = envs.reset(seed=nexts, options={"reset_mask": over})[0]
             for k in map(int, np.flatnonzero(over)):
-                open_ones[k] = _Episode(_row(seen, k))
+                open_ones[k] = _Episode(_row(observations, k))
     return done
 
 

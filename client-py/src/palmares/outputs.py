@@ -23,7 +23,7 @@ PLAIN = {
     "σ": "sigma",
     "Φ": "Phi",
 }
-"""What stands for a character that a terminal cannot show; another one becomes a question mark"""
+"""Replacements of characters that a terminal cannot show; others become question marks"""
 HANDLER = "palmares.plain"
 
 

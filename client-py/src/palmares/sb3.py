@@ -125,12 +125,12 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
 
     def step_wait(self) -> tuple[Observations, NDArray[Any], NDArray[Any], list[dict[str, Any]]]:
         """Advance every environment."""
-        observations, rewards, terminated, truncated, told = self.env.step(self._actions)
+        observations, rewards, terminated, truncated, info = self.env.step(self._actions)
         dones = terminated | truncated
         self._returns += rewards
         self._lengths += 1
-        ends = {name: told.pop(name) for name in ("final_obs", "final_info") if name in told}
-        infos = [row_of(told, k) for k in range(self.num_envs)]
+        ends = {name: info.pop(name) for name in ("final_obs", "final_info") if name in info}
+        infos = [row_of(info, k) for k in range(self.num_envs)]
         for k in np.flatnonzero(dones):
             last = self._chosen({name: values[None] for name, values in ends["final_obs"][k].items()})
             infos[k] |= {

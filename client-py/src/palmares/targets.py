@@ -18,7 +18,7 @@ Numbers: TypeAlias = Iterable[float] | Array
 Base: TypeAlias = BaseTarget | Numbers | tuple[Numbers, Numbers]
 """A target, or a pose as ``(position, quat_xyzw)`` or as seven numbers"""
 BaseKind: TypeAlias = Literal["twist", "pose", "joints"]
-"""What arrays of actions say of the base: velocities, the pose that it moves to, or joints of its arm"""
+"""The base in arrays of actions: velocities, the pose that it moves to, or joints of its arm"""
 Hand: TypeAlias = float | Numbers
 """A number of every motor, such as σ; for a single motor also a number"""
 

@@ -1,6 +1,6 @@
 //! The same picture by MuJoCo's renderer on the CPU.
 
-use super::scene::Scene;
+use super::scene::CameraScene;
 use crate::engine::mujoco::python;
 use anyhow::{Context, Result, bail, ensure};
 use palmares_models::mjcf::{Element, Lines};
@@ -26,7 +26,7 @@ pub(super) struct Drawn {
 ///
 /// # Errors
 /// MuJoCo or OSMesa is not there, or does not take the scene.
-pub(super) fn draw(scene: &Scene, lens: &Intrinsics, repeats: usize) -> Result<Drawn> {
+pub(super) fn draw(scene: &CameraScene, lens: &Intrinsics, repeats: usize) -> Result<Drawn> {
     let folder = tempfile::tempdir()?;
     let (document, depths) = (folder.path().join("scene.xml"), folder.path().join("depth.f32"));
     std::fs::write(&document, mjcf(scene, lens))?;
@@ -56,7 +56,7 @@ pub(super) fn draw(scene: &Scene, lens: &Intrinsics, repeats: usize) -> Result<D
 }
 
 /// Nothing moves. Roundings of boxes are left out, those of hulls are 26 corners about each point.
-fn mjcf(scene: &Scene, lens: &Intrinsics) -> String {
+fn mjcf(scene: &CameraScene, lens: &Intrinsics) -> String {
     let (mut world, mut meshes, mut hulls) = (Lines::at(2), Lines::at(2), 0);
     world.leaf(Element::new("light").text("pos", "0 0 3").text("castshadow", "false"));
     for ((body, pose), [r, g, b]) in scene.bodies.iter().zip(&scene.poses).zip(&scene.colors) {

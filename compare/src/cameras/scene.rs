@@ -8,7 +8,7 @@ use palmares_senses::camera::Body;
 use palmares_tasks::{Run, Seed, Task};
 
 /// A scene as cameras see it.
-pub(super) struct Scene {
+pub(super) struct CameraScene {
     pub(super) name: String,
     pub(super) bodies: Vec<Body>,
     pub(super) poses: Vec<Pose>,
@@ -17,7 +17,7 @@ pub(super) struct Scene {
 }
 
 /// A task's scene with the SoftHand at its start, of whose objects the first `most` are left.
-pub(super) fn scene(task: &str, camera: &str, most: usize) -> Result<Scene> {
+pub(super) fn scene(task: &str, camera: &str, most: usize) -> Result<CameraScene> {
     let task = Task::builtin().into_iter().find(|known| known.name == task).context("a task")?;
     let hand = Hand::builtin("softhand").context("a hand")?;
     let run = Run::new(task.clone(), hand, Seed::from_u64(1))?;
@@ -35,7 +35,10 @@ pub(super) fn scene(task: &str, camera: &str, most: usize) -> Result<Scene> {
             continue;
         }
         bodies.push(Body { parts: parts(&body.parts), endless: body.endless });
-        let (position, quat) = (body.position.context("told")?, body.quat_xyzw.context("told")?);
+        let (position, quat) = (
+            body.position.context("the pose of a body is missing")?,
+            body.quat_xyzw.context("the pose of a body is missing")?,
+        );
         poses.push(placed(position, quat));
         colors.push(body.color);
     }
@@ -52,7 +55,7 @@ pub(super) fn scene(task: &str, camera: &str, most: usize) -> Result<Scene> {
         None => on_hand(&run, camera).context("a camera")?,
     };
     let name = format!("{}, {} objects", task.name, objects.min(most));
-    Ok(Scene { name, bodies, poses, colors, camera: found })
+    Ok(CameraScene { name, bodies, poses, colors, camera: found })
 }
 
 /// A camera of the hand, where it is in the world.

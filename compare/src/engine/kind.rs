@@ -124,7 +124,7 @@ impl EngineKind {
         Self::from_names(self.name(), Some(&name)).ok()
     }
 
-    /// What a search changes of it.
+    /// The options that a search changes.
     pub fn space(self) -> &'static [Dimension] {
         match self {
             EngineKind::Own => &[],

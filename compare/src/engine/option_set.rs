@@ -5,8 +5,8 @@ use anyhow::{Context, Result};
 use parking_lot::Mutex;
 use std::collections::BTreeMap;
 
-/// Options by their names; of one that is named twice the last value counts.
-pub type Options = &'static [(&'static str, &'static str)];
+/// Options by their names; the last value of an option that is named twice counts.
+pub type EngineOptions = &'static [(&'static str, &'static str)];
 
 /// An option, and the values that a search gives it.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub fn changed(name: &str, option: &str, value: &str) -> String {
 ///
 /// # Errors
 /// A change is not `option=value`.
-pub(super) fn parse(name: &'static str) -> Result<(&'static str, Options)> {
+pub(super) fn parse(name: &'static str) -> Result<(&'static str, EngineOptions)> {
     let mut parts = name.split(CHANGE);
     let base = parts.next().unwrap_or_default();
     let changes = parts.map(|part| {

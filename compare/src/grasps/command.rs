@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 /// Options of a plan of grasps.
 #[derive(Args, Clone, Debug)]
-pub struct Options {
+pub struct GraspOptions {
     /// Hands, by commas: softhand, reflex. Peers play the SoftHand alone.
     #[arg(long, value_delimiter = ',', default_value = "softhand,reflex")]
     hand: Vec<String>,
@@ -65,7 +65,7 @@ pub struct Options {
     every_ms: f64,
 }
 
-impl Options {
+impl GraspOptions {
     fn plan(&self) -> Result<Plan> {
         for step in &self.steps_ms {
             ensure!(
@@ -118,7 +118,7 @@ impl Options {
 ///
 /// # Errors
 /// Unknown names, an engine that is missing or fails, a file that cannot be written.
-pub fn run(options: &Options) -> Result<()> {
+pub fn run(options: &GraspOptions) -> Result<()> {
     let plan = options.plan()?;
     if let Some(index) = options.one {
         return one(options, &plan, index);
@@ -138,7 +138,7 @@ pub fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-fn one(options: &Options, plan: &Plan, index: usize) -> Result<()> {
+fn one(options: &GraspOptions, plan: &Plan, index: usize) -> Result<()> {
     let single = "--one plays one grasp: name one --hand, one --family, one step and one engine";
     let ([hand], [family], [step_ms], [engine]) =
         (&plan.hands[..], &plan.families[..], &plan.steps_ms[..], &plan.engines[..])

@@ -1,6 +1,6 @@
 //! The counts as a page to read.
 
-use super::table::{Cell, Row, Sum, Table, best};
+use super::table::{Cell, OutcomeRow, Sum, Table, best};
 use super::tally::{Count, wilson};
 use crate::engine::EngineKind;
 use crate::trials::play::{MOVED_M, OVERLAP_M};
@@ -20,7 +20,7 @@ pub(super) fn write(table: &Table) -> String {
     for hand in hands {
         put!(page, "## {hand}\n");
         for [family, about] in &table.families {
-            let rows: Vec<&Row> =
+            let rows: Vec<&OutcomeRow> =
                 table.rows.iter().filter(|row| row.hand == hand && row.family == *family).collect();
             if !rows.is_empty() {
                 put!(page, "### {family}\n\n{about}.\n");
@@ -89,7 +89,7 @@ fn columns(page: &mut String, table: &Table) {
     put!(page, "|---|{}---|---|---|", "---|".repeat(table.steps_ms.len()));
 }
 
-fn rows_of(page: &mut String, table: &Table, rows: &[&Row]) {
+fn rows_of(page: &mut String, table: &Table, rows: &[&OutcomeRow]) {
     columns(page, table);
     let sums: Vec<Sum> = rows.iter().map(|row| row.alone()).collect();
     for (row, sum) in rows.iter().zip(&sums) {

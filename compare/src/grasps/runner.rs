@@ -17,7 +17,7 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 /// Interval of the progress messages.
-const TOLD_EVERY: Duration = Duration::from_secs(10);
+const REPORTED_EVERY: Duration = Duration::from_secs(10);
 
 /// One grasp in one engine at one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -230,7 +230,7 @@ fn play_all(plan: &Plan, open: &[&Task], mut done: impl FnMut(Run) -> Result<()>
         let mut progress = Progress::new(open);
         for run in results {
             let run = run.inspect_err(|_| next.store(open.len(), Ordering::Relaxed))?;
-            progress.tell(&run);
+            progress.report(&run);
             done(run)?;
         }
         Ok(())
@@ -240,7 +240,7 @@ fn play_all(plan: &Plan, open: &[&Task], mut done: impl FnMut(Run) -> Result<()>
 /// Prints the number of finished grasps and the time left.
 struct Progress {
     begin: Instant,
-    told: Instant,
+    reported: Instant,
     done: usize,
     all: usize,
     /// By engine and settings: steps per millisecond of simulated time that are left, that are done, and the
@@ -257,10 +257,10 @@ impl Progress {
             left.entry(name).or_default()[0] += 1.0 / task.step_ms;
         }
         let now = Instant::now();
-        Progress { begin: now, told: now, done: 0, all: open.len(), left, jobs_s: 0.0 }
+        Progress { begin: now, reported: now, done: 0, all: open.len(), left, jobs_s: 0.0 }
     }
 
-    fn tell(&mut self, run: &Run) {
+    fn report(&mut self, run: &Run) {
         self.done += 1;
         self.jobs_s += run.wall_s;
         let weight = 1.0 / run.step_ms;
@@ -269,10 +269,10 @@ impl Progress {
             *done += weight;
             *took += run.wall_s;
         }
-        if self.told.elapsed() < TOLD_EVERY && self.done < self.all {
+        if self.reported.elapsed() < REPORTED_EVERY && self.done < self.all {
             return;
         }
-        self.told = Instant::now();
+        self.reported = Instant::now();
         let sum = |k: usize| self.left.values().map(|it| it[k]).sum::<f64>();
         let typical = sum(2) / sum(1);
         let rate = |[_, done, took]: [f64; 3]| if done > 0.0 { took / done } else { typical };

@@ -37,12 +37,12 @@ pub(crate) struct Table {
     /// Engines with their settings, and what these are.
     pub engines: Vec<[String; 3]>,
     /// Rows of the tables.
-    pub rows: Vec<Row>,
+    pub rows: Vec<OutcomeRow>,
 }
 
 /// Outcomes of an engine with a family and a hand.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Row {
+pub(crate) struct OutcomeRow {
     /// The hand.
     pub hand: String,
     /// The family.
@@ -92,7 +92,13 @@ impl Table {
                         .filter(|run| run.engine == engine.name() && run.settings == engine.settings())
                         .collect();
                     if !of.is_empty() {
-                        rows.push(Row::of(*hand, *family, [engine.name(), engine.settings()], plan, &of));
+                        rows.push(OutcomeRow::of(
+                            *hand,
+                            *family,
+                            [engine.name(), engine.settings()],
+                            plan,
+                            &of,
+                        ));
                     }
                 }
             }
@@ -147,14 +153,15 @@ impl Table {
                 row.family
             );
         }
-        let known = |row: &Row| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
+        let known =
+            |row: &OutcomeRow| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
         for mut row in earlier.rows.into_iter().filter(|row| row.engine != "own") {
             if !self.rows.iter().any(|own| known(own) == known(&row)) {
                 row.commit.get_or_insert(earlier.record.commit.clone());
                 self.rows.push(row);
             }
         }
-        let place = |row: &Row| {
+        let place = |row: &OutcomeRow| {
             let hand = HandKind::ALL.iter().position(|hand| hand.name() == row.hand);
             let family = self.families.iter().position(|[name, _]| *name == row.family);
             let of = |it: &[String; 3]| it[0] == row.engine && it[1] == row.settings;
@@ -199,13 +206,14 @@ impl Table {
 
     /// All drawn families together with a hand, for every engine with its settings, at every step.
     pub(crate) fn drawn(&self, hand: &str) -> Vec<Sum<'_>> {
-        let drawn = |row: &&Row| Family::DRAWN.iter().any(|family| row.family == family.name());
+        let drawn = |row: &&OutcomeRow| Family::DRAWN.iter().any(|family| row.family == family.name());
         let mut sums = Vec::new();
         for [engine, settings, _] in &self.engines {
-            let of = |row: &&Row| row.hand == hand && row.engine == *engine && row.settings == *settings;
-            let rows: Vec<&Row> = self.rows.iter().filter(of).filter(drawn).collect();
+            let of =
+                |row: &&OutcomeRow| row.hand == hand && row.engine == *engine && row.settings == *settings;
+            let rows: Vec<&OutcomeRow> = self.rows.iter().filter(of).filter(drawn).collect();
             if !rows.is_empty() {
-                let cells = |row: &Row| -> Vec<Cell> {
+                let cells = |row: &OutcomeRow| -> Vec<Cell> {
                     let of = |step_ms: &f64| row.cells.iter().find(|cell| cell.step_ms == *step_ms).cloned();
                     self.steps_ms.iter().filter_map(of).collect()
                 };
@@ -237,7 +245,7 @@ pub(crate) fn best<'a, 'b>(sums: &'b [Sum<'a>]) -> Vec<&'b Sum<'a>> {
     peers.into_iter().filter_map(best).collect()
 }
 
-impl Row {
+impl OutcomeRow {
     /// As the sum of this family alone.
     pub(super) fn alone(&self) -> Sum<'_> {
         let counts = self.cells.iter().map(|cell| cell.count).collect();
@@ -250,7 +258,7 @@ impl Row {
         let by_grasp: BTreeMap<usize, String> =
             runs.iter().map(|run| (run.index, run.scene.clone())).collect();
         let scenes: Vec<String> = by_grasp.into_values().collect();
-        Row {
+        OutcomeRow {
             hand: hand.name().to_owned(),
             family: family.name().to_owned(),
             engine,
@@ -303,7 +311,8 @@ mod tests {
         own.record.commit = "later".to_owned();
         own.keep_peers(all.clone()).expect("the same grasps");
         let names = |table: &Table| -> Vec<[String; 4]> {
-            let name = |row: &Row| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
+            let name =
+                |row: &OutcomeRow| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
             table.rows.iter().map(name).collect()
         };
         assert_eq!(names(&own), names(&all));

@@ -49,7 +49,7 @@ pub fn write(root: &Path) -> Result<()> {
 fn documents(root: &Path) -> Result<[(&'static str, String, String); 2]> {
     let made = REPORTS.iter().map(|file| root.join(file)).filter(|file| file.exists());
     let mut reports = made.map(|file| read(&file)).collect::<Result<Vec<_>>>()?;
-    // What is said of another engine is said of the one that is built.
+    // Claims about another engine hold for the engine that is built.
     reports.retain(|report| report.record.engine == palmares_tasks::identity::fingerprint());
     for k in 0..reports.len() {
         let later: Vec<String> = reports[k + 1..]
@@ -156,7 +156,7 @@ fn table(report: &Comparison) -> String {
     out
 }
 
-/// What a peer does of a scene.
+/// The result of a peer in a scene.
 fn cell(result: &PeerResult) -> String {
     let tried = result.steps_ms.len();
     let unfinished = result.settings.iter().map(|outcome| outcome.unfinished).min().unwrap_or(0);
@@ -261,7 +261,7 @@ mod tests {
             let text = outside(&text).expect("it has marks");
             for words in [" of 144", "all 144", "% of the outcomes", "% of the grasps"] {
                 let line = text.lines().find(|line| line.contains(words));
-                assert_eq!(line, None, "{file}: only the claims tell counts of grasps");
+                assert_eq!(line, None, "{file}: only the claims state counts of grasps");
             }
         }
     }

@@ -234,13 +234,13 @@ impl Run {
 
 /// Every word once, in the order in which they come.
 pub(super) fn distinct<'a>(words: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
-    let mut seen: Vec<&str> = Vec::new();
+    let mut distinct: Vec<&str> = Vec::new();
     for word in words {
-        if !seen.contains(&word.as_str()) {
-            seen.push(word);
+        if !distinct.contains(&word.as_str()) {
+            distinct.push(word);
         }
     }
-    seen
+    distinct
 }
 
 /// Errors below this count as equal: a thousandth of a per cent, a tenth of a micrometre, a nanoradian.

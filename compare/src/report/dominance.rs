@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_faster_peer_at_a_smaller_error_is_told() {
+    fn a_faster_peer_at_a_smaller_error_is_reported() {
         let result = only(&[
             run("own", 1.0, 0.5, 0.1),
             run("own", 2.0, 0.5, 0.1),
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_far_from_its_own_fine_one_does_what_was_asked() {
+    fn a_run_far_from_its_own_fine_one_solves_its_scene() {
         let mut far = run("peer", 1.0, 0.0, 0.2);
         far.error = Some(Figure::from_own_fine_run("distance", Some(39570.0), "mm"));
         far.invariants.held = Some(true);
@@ -237,14 +237,14 @@ mod tests {
     #[test]
     fn an_overlap_beyond_its_bound_is_of_no_use() {
         let error = Figure::bounded("farthest centre beyond a wall", 0.0, "mm", 0.0);
-        let seen = |part: f64| Invariants {
+        let invariants = |part: f64| Invariants {
             max_penetration_mm: Some(15.0 * part),
             overlap_bound_mm: Some(15.0),
             overlap_of_bound: Some(part),
             ..Invariants::default()
         };
-        assert_eq!(trouble(&error, &seen(0.6)), None);
-        assert_eq!(trouble(&error, &seen(1.6)).as_deref(), Some("overlap 24.0 mm > 15.0 mm"));
+        assert_eq!(trouble(&error, &invariants(0.6)), None);
+        assert_eq!(trouble(&error, &invariants(1.6)).as_deref(), Some("overlap 24.0 mm > 15.0 mm"));
     }
 
     #[test]
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_did_not_finish_is_told_and_judged_by_nothing() {
+    fn a_run_that_did_not_finish_is_reported_and_not_judged() {
         let mut endless = run("peer", 1.0, 0.0, 0.0);
         (endless.error, endless.trouble, endless.unfinished) = (None, Some("not finished".into()), true);
         let alone = only(&[run("own", 1.0, 0.1, 0.1), endless.clone()]);

@@ -12,4 +12,4 @@ pub mod runner;
 pub mod ticks;
 
 pub use comparison::Comparison;
-pub use runner::{Options, write};
+pub use runner::{ComparisonOptions, write};

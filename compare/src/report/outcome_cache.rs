@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn outcomes_of_the_commit_are_known_and_those_of_others_only_of_peers_and_if_asked_for() {
+    fn outcomes_of_the_commit_are_known_and_those_of_others_only_of_peers_and_on_request() {
         let folder = std::env::temp_dir().join(format!("palmares-kept-{}", std::process::id()));
         let file = folder.join("report.jsonl");
         let peer = EngineKind::all().find(|kind| *kind != EngineKind::Own).expect("a peer");

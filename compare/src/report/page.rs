@@ -41,7 +41,7 @@ fn head(page: &mut String, report: &Comparison) {
     put!(
         page,
         "**How to read it.** Every scene runs with every step on every engine that can do it, a peer with each of its \
-        [settings](#the-engines-and-their-settings). Two things are told apart. *Does it*: all numbers stay finite, no step \
+        [settings](#the-engines-and-their-settings). It has two measures. *Does it*: all numbers stay finite, no step \
         fails, an object that is to be held is held, what is to stay within a bound (*at most* in its table) does so, an error \
         against an analytic answer is below 0.2 rad, 30 mm or 50 %, and no two shapes overlap by more than {} of the \
         width of the thinnest body that moves, object or link (a scene that begins with a deeper overlap may deepen it by a \
@@ -268,9 +268,9 @@ fn row(page: &mut String, run: &Run, unit: &str) {
             format!("{} of {} starts, median overlap {median}; as it is {why}", starts.done, starts.tried)
         }
     };
-    let seen = &run.invariants;
-    let bound = seen.overlap_bound_mm.map_or(String::new(), |mm| format!(", {mm:.1}"));
-    let depth = seen.max_penetration_mm.map_or("–".to_owned(), |mm| format!("{mm:.3}{bound} mm"));
+    let invariants = &run.invariants;
+    let bound = invariants.overlap_bound_mm.map_or(String::new(), |mm| format!(", {mm:.1}"));
+    let depth = invariants.max_penetration_mm.map_or("–".to_owned(), |mm| format!("{mm:.3}{bound} mm"));
     let times = if run.cpu_s > 0.0 {
         let [least, most] = run.cpu_s_between.map(|s| 1e3 * s);
         let (all, bare) = (1e3 * run.cpu_s, 1e3 * run.bare_s());
@@ -287,7 +287,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_more_than_a_metre_apart_ends_otherwise() {
+    fn a_difference_of_more_than_a_metre_ends_otherwise() {
         assert_eq!(difference(1000.0, "mm"), "1.00e3 mm");
         assert_eq!(difference(1000.1, "mm"), "ends otherwise");
         assert_eq!(difference(1000.1, "%"), "1.00e3 %");

@@ -66,7 +66,7 @@ pub(super) fn cases(report: &Comparison) -> Vec<&str> {
     cases
 }
 
-/// Those that more than one engine ran.
+/// Cases that more than one engine ran.
 fn compared(report: &Comparison) -> Vec<&str> {
     let peer = |case: &str| report.runs.iter().any(|run| run.case == case && run.engine != "own");
     cases(report).into_iter().filter(|case| peer(case)).collect()

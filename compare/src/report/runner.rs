@@ -19,7 +19,7 @@ use std::time::Instant;
 
 /// Content and output of a report.
 #[derive(Args, Clone, Debug)]
-pub struct Options {
+pub struct ComparisonOptions {
     /// Folder of the report.
     #[arg(long, default_value = "docs/report")]
     pub out: PathBuf,
@@ -77,12 +77,12 @@ fn left_out(name: &str) -> Option<&'static str> {
 /// No run's limit is longer than this, s.
 const LONGEST_LIMIT_S: f64 = 86400.0;
 
-/// Gathers the outcomes into the file of [`Options::runs`] and times nothing, so that the machine may do
+/// Gathers the outcomes into the file of [`ComparisonOptions::runs`] and times nothing, so that the machine may do
 /// other work.
 ///
 /// # Errors
 /// As [`write`].
-pub fn gather(options: &Options) -> Result<()> {
+pub fn gather(options: &ComparisonOptions) -> Result<()> {
     let Planned { jobs, steps, .. } = plan(options)?;
     let progress = Progress { begin: Instant::now(), done: 0, all: jobs.len() * steps.len() };
     passes::outcomes(
@@ -94,9 +94,9 @@ pub fn gather(options: &Options) -> Result<()> {
     Ok(())
 }
 
-impl Options {
+impl ComparisonOptions {
     fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
-        let Options { repeats, jobs, quick, run_limit_s, .. } = *self;
+        let ComparisonOptions { repeats, jobs, quick, run_limit_s, .. } = *self;
         Conduct { steps_ms, repeats, jobs, quick, run_limit_s }
     }
 
@@ -113,7 +113,7 @@ struct Planned {
     left_out: Vec<String>,
 }
 
-fn plan(options: &Options) -> Result<Planned> {
+fn plan(options: &ComparisonOptions) -> Result<Planned> {
     ensure!(options.repeats > 0, "at least one timing run is needed");
     ensure!(
         options.run_limit_s > 0.0 && options.run_limit_s <= LONGEST_LIMIT_S,
@@ -145,13 +145,13 @@ fn plan(options: &Options) -> Result<Planned> {
 ///
 /// # Errors
 /// An option is out of range, or a file cannot be written.
-pub fn write(options: &Options) -> Result<Comparison> {
+pub fn write(options: &ComparisonOptions) -> Result<Comparison> {
     let begin = Instant::now();
     let record = Record::now(&options.part)?;
     let earlier = options.keep.as_deref().map(read).transpose()?;
     let Planned { mut engines, jobs, steps, left_out } = plan(options)?;
     println!("{}", record.line());
-    let Options { repeats, quick, run_limit_s, .. } = *options;
+    let ComparisonOptions { repeats, quick, run_limit_s, .. } = *options;
     let conduct = options.conduct(&steps);
     let progress = Mutex::new(Progress { begin, done: 0, all: 2 * jobs.len() * steps.len() });
     let mut runs = passes::outcomes(&jobs, conduct, options.kept(&record.commit)?, &progress)?;
@@ -287,7 +287,7 @@ pub fn check(path: &Path) -> Result<()> {
 }
 
 /// A note on each engine, and whether it can run.
-fn notes(options: &Options) -> Vec<EngineNote> {
+fn notes(options: &ComparisonOptions) -> Vec<EngineNote> {
     let note = |kind: EngineKind| {
         let (version, notes) = match kind {
             EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_notes()),
@@ -328,7 +328,7 @@ fn own_notes() -> Vec<String> {
     ]
 }
 
-fn choose(options: &Options) -> Result<(Vec<&'static Case>, Vec<String>)> {
+fn choose(options: &ComparisonOptions) -> Result<(Vec<&'static Case>, Vec<String>)> {
     let all: Vec<&Case> = cases::all().collect();
     if !options.cases.is_empty() {
         let find = |name: &String| {
@@ -362,9 +362,9 @@ mod tests {
     }
 
     #[test]
-    fn a_grasp_is_judged_by_many_starts_and_its_fine_run_is_told_apart() {
+    fn a_grasp_is_judged_by_many_starts_and_its_fine_run_separately() {
         let folder = Folder(std::env::temp_dir().join(format!("palmares-starts-{}", std::process::id())));
-        let options = Options {
+        let options = ComparisonOptions {
             part: "report".to_owned(),
             out: folder.0.clone(),
             engines: vec![EngineKind::Own],
@@ -390,7 +390,7 @@ mod tests {
 
     #[test]
     fn unknown_cases_are_refused_with_the_known_ones() {
-        let options = Options {
+        let options = ComparisonOptions {
             part: "report".to_owned(),
             out: PathBuf::new(),
             engines: Vec::new(),

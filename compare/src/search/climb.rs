@@ -6,7 +6,7 @@ use crate::engine::option_set::Dimension;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is known of a set of options.
+/// The known results of a set of options.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Score {
     /// Plays that solve the scene, and all that were played.
@@ -60,7 +60,7 @@ impl Climb {
         all
     }
 
-    /// The changes of the best set whose changes were not asked for yet.
+    /// The changes of the best set whose changes were not requested yet.
     pub(super) fn next(&mut self) -> Option<Vec<EngineKind>> {
         let best = self.ranked().into_iter().find(|(name, _)| !self.expanded.contains(name))?.0;
         self.expanded.insert(best);

@@ -2,7 +2,7 @@
 
 use super::climb::{Climb, Score};
 use super::page;
-use super::plays::{End, GRASPS, Play, Plays, Scene, Wanted};
+use super::plays::{End, GRASPS, Play, Plays, SearchScene, Wanted};
 use super::table::{Found, Set, Table};
 use crate::engine::{EngineKind, mujoco, rapier};
 use anyhow::{Context, Result, ensure};
@@ -16,7 +16,7 @@ use std::time::Instant;
 
 /// Scenes, extent and output of a search.
 #[derive(Args, Clone, Debug)]
-pub struct Options {
+pub struct SearchOptions {
     /// Engines, by commas.
     #[arg(long, value_delimiter = ',', default_value = "mujoco,rapier")]
     engines: Vec<String>,
@@ -60,13 +60,13 @@ pub struct Options {
 ///
 /// # Errors
 /// Unknown names, an engine that is missing, or a file that cannot be written.
-pub fn run(options: &Options) -> Result<()> {
+pub fn run(options: &SearchOptions) -> Result<()> {
     ensure!(options.steps_ms.iter().all(|step| *step > 0.0 && *step <= 100.0), "a step is out of range");
     ensure!(options.starts > 0 && options.grasps > 0, "at least one start and one grasp are needed");
     let plays = Mutex::new(Plays::open(&options.runs)?);
     let mut found = Vec::new();
     for case in &options.cases {
-        let scene = Scene::new(case, options.starts, options.grasps)?;
+        let scene = SearchScene::new(case, options.starts, options.grasps)?;
         for engine in &options.engines {
             let kind = EngineKind::from_names(engine, None)?;
             let version = match kind {
@@ -83,7 +83,7 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// Writes what is known so far; a search takes long.
-fn publish(options: &Options, found: &[Found]) -> Result<()> {
+fn publish(options: &SearchOptions, found: &[Found]) -> Result<()> {
     let table = Table::new(Record::now("search")?, options.steps_ms.clone(), found.to_vec());
     fs::create_dir_all(&options.out).with_context(|| format!("cannot create {}", options.out.display()))?;
     fs::write(options.out.join("search.json"), serde_json::to_string(&table)? + "\n")?;
@@ -92,8 +92,8 @@ fn publish(options: &Options, found: &[Found]) -> Result<()> {
 
 /// The search on one engine in one scene.
 struct Search<'a> {
-    options: &'a Options,
-    scene: &'a Scene,
+    options: &'a SearchOptions,
+    scene: &'a SearchScene,
     version: &'a str,
     begin: Instant,
 }
@@ -178,14 +178,14 @@ impl Search<'_> {
         failed.into_inner().map_or(Ok(()), Err)
     }
 
-    /// The plays of one set: the others only if one of the first solves the scene. Of a case the first is one start, of
-    /// grasps a quarter.
+    /// The plays of one set: the others only if one of the first solves the scene. The first are one start of a case, or
+    /// a quarter of the grasps.
     fn try_one(&self, kind: EngineKind, plays: &Mutex<Plays>) -> Result<Score> {
         let all = self.scene.plays();
         let first = if self.scene.name == GRASPS { all.div_ceil(4) } else { 1 };
-        let mut seen: Vec<Play> = Vec::new();
+        let mut played: Vec<Play> = Vec::new();
         for number in 0..all {
-            if number == first && seen.iter().all(|play| play.end != End::Solved) {
+            if number == first && played.iter().all(|play| play.end != End::Solved) {
                 break;
             }
             for step_ms in &self.options.steps_ms {
@@ -193,7 +193,7 @@ impl Search<'_> {
                 let (scene, version, step_ms) = (self.scene, self.version, *step_ms);
                 let wanted = Wanted { scene, number, kind, version, step_ms, limit_s };
                 let known = plays.lock().get(&wanted);
-                seen.push(match known {
+                played.push(match known {
                     Some(play) => play,
                     None => {
                         let play = wanted.play()?;
@@ -203,6 +203,6 @@ impl Search<'_> {
                 });
             }
         }
-        Ok(Score::of(&seen))
+        Ok(Score::of(&played))
     }
 }

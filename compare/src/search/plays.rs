@@ -18,7 +18,7 @@ use std::path::Path;
 pub(super) const GRASPS: &str = "grasps";
 
 /// A scene of a search, and how it can be played.
-pub(super) struct Scene {
+pub(super) struct SearchScene {
     /// Name of a case, or [`GRASPS`].
     pub name: String,
     /// Starts of the case, or drawn grasps.
@@ -26,7 +26,7 @@ pub(super) struct Scene {
     identity: String,
 }
 
-impl Scene {
+impl SearchScene {
     /// A case from its first starts, or so many grasps of each drawn family.
     ///
     /// # Errors
@@ -43,13 +43,13 @@ impl Scene {
                     hash.push(scene_id::of_trial(trial)?);
                 }
             }
-            return Ok(Scene { name, plays, identity: scene_id::of_all(&hash) });
+            return Ok(SearchScene { name, plays, identity: scene_id::of_all(&hash) });
         }
         let case = cases::all()
             .find(|case| case.name == name)
             .with_context(|| format!("there is no case `{name}`"))?;
         let play = |start| Task::Case { name: name.clone(), reference_dt_s: None, start };
-        Ok(Scene { plays: (0..starts).map(play).collect(), identity: scene_id::of_case(case).0, name })
+        Ok(SearchScene { plays: (0..starts).map(play).collect(), identity: scene_id::of_case(case).0, name })
     }
 
     /// Number of plays at one step.
@@ -144,7 +144,7 @@ impl Plays {
 /// A play that a search wants.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
-    pub scene: &'a Scene,
+    pub scene: &'a SearchScene,
     pub number: usize,
     pub kind: EngineKind,
     pub version: &'a str,
@@ -183,15 +183,15 @@ impl Wanted<'_> {
 }
 
 fn of_case(played: &Played) -> (End, Option<f64>) {
-    let seen = &played.invariants;
-    let deep = seen.overlap_of_bound.is_some_and(|part| part > 1.0);
+    let invariants = &played.invariants;
+    let deep = invariants.overlap_of_bound.is_some_and(|part| part > 1.0);
     let end = match &played.trouble {
         None => End::Solved,
-        Some(_) if seen.newton_unconverged.is_some_and(|n| n > 0) => End::Failed,
-        Some(_) if deep && seen.held != Some(false) => End::Deep,
+        Some(_) if invariants.newton_unconverged.is_some_and(|n| n > 0) => End::Failed,
+        Some(_) if deep && invariants.held != Some(false) => End::Deep,
         Some(_) => End::Lost,
     };
-    (end, seen.max_penetration_mm)
+    (end, invariants.max_penetration_mm)
 }
 
 fn of_grasp(fate: Fate) -> (End, Option<f64>) {

@@ -134,7 +134,7 @@ impl Family {
         Family::CaseCylinder,
         Family::CaseBox,
     ];
-    /// Those whose placements were drawn.
+    /// Families with drawn placements.
     pub const DRAWN: [Family; 6] =
         [Family::Cylinder, Family::Box, Family::Plate, Family::Ball, Family::Cup, Family::Catalogue];
 
@@ -398,16 +398,16 @@ mod tests {
 
     #[test]
     fn hands_and_families_draw_their_own_numbers() {
-        let mut seen = Vec::new();
+        let mut closures = Vec::new();
         for hand in HandKind::ALL {
             for family in Family::DRAWN {
-                seen.push(Trial::of(hand, family, 1).expect("drawn")[0].sigma.to_bits());
+                closures.push(Trial::of(hand, family, 1).expect("drawn")[0].sigma.to_bits());
             }
         }
-        let count = seen.len();
-        seen.sort_unstable();
-        seen.dedup();
-        assert_eq!(seen.len(), count);
+        let count = closures.len();
+        closures.sort_unstable();
+        closures.dedup();
+        assert_eq!(closures.len(), count);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::family::{HandKind, Trial};
 use super::scene::scene;
 use anyhow::Result;
-use palmares_bench::cases::grasp_scene::Scene;
+use palmares_bench::cases::grasp_scene::GraspStart;
 use palmares_bench::cases::{Setup, ends_of_steps, moved, ramp};
 use palmares_bench::engine::Engine;
 use palmares_bench::engine::limit::{NotFinished, StepFailed};
@@ -136,7 +136,7 @@ pub fn play(
     mut watch: impl FnMut(f64, &mut dyn Engine) -> Result<()>,
 ) -> Result<Fate> {
     let schedule = Schedule::of(trial.hand);
-    let Scene { model, state, start } = scene(trial, setup.dt_s)?;
+    let GraspStart { model, state, start } = scene(trial, setup.dt_s)?;
     let mut engine = setup.start(model, state)?;
     let mut command = Command::stay(engine.model(), start);
     let mut judge = Judge::new(trial.hand, engine.state())?;

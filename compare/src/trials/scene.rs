@@ -2,14 +2,14 @@
 
 use super::family::Trial;
 use anyhow::Result;
-use palmares_bench::cases::grasp_scene::{Scene, before};
+use palmares_bench::cases::grasp_scene::{GraspStart, before};
 use palmares_sim::Config;
 
 /// The scene of a drawn grasp.
 ///
 /// # Errors
 /// A shape without volume.
-pub fn scene(trial: &Trial, step_s: f64) -> Result<Scene> {
+pub fn scene(trial: &Trial, step_s: f64) -> Result<GraspStart> {
     // Peers do better without sleeping, and nothing here may sleep but the object before it is touched.
     let config = Config { sleeping: false, ..Config::with_step(step_s) };
     before(&trial.hand.model()?, config, &trial.lie)

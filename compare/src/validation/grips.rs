@@ -90,7 +90,7 @@ pub(super) enum Way {
     Wrap,
 }
 
-/// What is read.
+/// The force that is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reading {
     /// The force between the halves: of a pinch, split across the closing direction; of a wrap, the mean over all splits.

@@ -18,9 +18,9 @@ use std::fs;
 use std::path::PathBuf;
 use studies::STUDIES;
 
-/// What to measure, and where to write it.
+/// The measurements to make, and the place of their page.
 #[derive(Args, Clone, Debug)]
-pub struct Options {
+pub struct ValidationOptions {
     /// Steps of 2 ms and few placements: half a minute.
     #[arg(long)]
     quick: bool,
@@ -42,7 +42,7 @@ pub struct Options {
 ///
 /// # Errors
 /// The engine fails, a study is unknown, or a file cannot be written.
-pub fn run(options: &Options) -> Result<()> {
+pub fn run(options: &ValidationOptions) -> Result<()> {
     let dt_s = if options.quick { 2e-3 } else { 1e-3 };
     let effort = Effort { setup: Setup::own(dt_s), few: options.quick };
     let mut outcomes = measure(effort, &options.only)?;

@@ -11,11 +11,11 @@ pub(crate) struct Study {
     pub(crate) key: &'static str,
     /// Its heading.
     pub(crate) title: &'static str,
-    /// Who published it.
+    /// The publication.
     pub(crate) source: &'static str,
-    /// What was done there.
+    /// The experiment there.
     pub(crate) protocol: &'static str,
-    /// What is done here.
+    /// The experiment here.
     pub(crate) here: &'static str,
     /// The published number; none where none was found.
     pub(crate) published: Option<f64>,

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-/// What was looked for and not found, with where.
+/// Measurements that were not found, with the places of the search.
 const NOT_FOUND: &str = "\
 | i-HY: force of a fingertip | the paper (Odhner et al., IJRR 33(5), 2014) has figures of fingertip stiffness and force; its text beyond the introduction could not be read |
 | T42: grasp force | Ma, Odhner, Dollar (ICRA 2013), Ma and Dollar (RAM 2017): tables could not be read; the project's pages have the Model T's |

@@ -42,7 +42,7 @@ struct Episode {
 /// Motions of the object in a plane under a unit of each motor.
 type Motions = [[f64; 2]; 2];
 
-/// What does not depend on the plane's frame and a common unit: the angle between the motions, degrees, and the second's
+/// Numbers that do not depend on the plane's frame or a common unit: the angle between the motions, degrees, and the second's
 /// length over the first's.
 fn invariants([a, b]: Motions) -> [f64; 2] {
     let cross = a[0] * b[1] - a[1] * b[0];
@@ -123,12 +123,12 @@ mod tests {
         }
         let actions = steps.iter().chain([&[0.0, 0.0]]).map(|a| a.to_vec()).collect();
         let motions = fitted(&[Episode { states, actions }]).expect("both motors move");
-        for (seen, put) in motions.iter().flatten().zip([first, second].iter().flatten()) {
-            assert!((seen - put).abs() < 1e-12, "{motions:?}");
+        for (found, put) in motions.iter().flatten().zip([first, second].iter().flatten()) {
+            assert!((found - put).abs() < 1e-12, "{motions:?}");
         }
         let [angle, ratio] = invariants(motions);
         assert!((ratio - 2.0).abs() < 1e-12 && (angle - 126.869_897_645_844).abs() < 1e-9, "{angle} {ratio}");
         let still = Episode { states: vec![vec![0.0; 14]; 3], actions: vec![vec![1.0, 1.0]; 3] };
-        assert!(fitted(&[still]).is_err(), "motors that move together tell nothing apart");
+        assert!(fitted(&[still]).is_err(), "motors that move together identify nothing");
     }
 }

@@ -19,7 +19,7 @@ use palmares_models::hand::Motor;
 use crate::decision::Log;
 use crate::draft::Draft;
 use crate::meshes::{self, Meshes};
-use crate::options::Options;
+use crate::options::ImportOptions;
 use crate::source::Source;
 
 pub(crate) use motors::Wound;
@@ -39,7 +39,12 @@ pub(crate) struct Complete {
 }
 
 /// Completes a draft.
-pub(crate) fn complete(mut draft: Draft, source: &Source, options: &Options, log: &mut Log) -> Complete {
+pub(crate) fn complete(
+    mut draft: Draft,
+    source: &Source,
+    options: &ImportOptions,
+    log: &mut Log,
+) -> Complete {
     tree::check(&mut draft, log);
     // Before the joints: one that moves no shape does not lead others.
     shapes::complete(&mut draft, options, log);

@@ -11,7 +11,7 @@ use crate::draft::{Actuator, Control, Draft, Drive, Joint, JointKind, Tendon, Te
 /// A servo of the written hand. Its joint's `<limit>` has its effort and velocity.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Servo {
-    /// Of its transmission.
+    /// The name of its transmission.
     pub(crate) name: String,
     pub(crate) joint: String,
     pub(crate) motor: String,
@@ -19,7 +19,7 @@ pub(crate) struct Servo {
     pub(crate) numbers: Option<ServoNumbers>,
 }
 
-/// What `hand.toml` says of a servo.
+/// The numbers of a servo in `hand.toml`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ServoNumbers {
     /// Positions at σ = 0 and 1, where they are not the joint's limits.

@@ -2,14 +2,14 @@
 
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Geometry};
-use crate::options::Options;
+use crate::options::ImportOptions;
 
 /// Replaces missing collision shapes, and removes shapes without a size.
-pub(crate) fn complete(draft: &mut Draft, options: &Options, log: &mut Log) {
+pub(crate) fn complete(draft: &mut Draft, options: &ImportOptions, log: &mut Log) {
     let mut bare = Vec::new();
     for link in &mut draft.links {
         let (at, element) = (At::Link(link.name.clone()), format!("link '{}'", link.name));
-        let mut sized = |part: &crate::draft::Part| {
+        let mut sized = |part: &crate::draft::LinkShape| {
             let right = match &part.geometry {
                 Geometry::Box(size) => size.iter().all(|x| *x > 0.0),
                 Geometry::Sphere { radius } => *radius > 0.0,

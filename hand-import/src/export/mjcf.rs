@@ -10,8 +10,8 @@ use palmares_models::mjcf::{Element, Lines};
 use palmares_models::{Mat3, Pose, Vec3};
 
 use crate::complete::Complete;
-use crate::decision::{At, Kind, Log};
-use crate::draft::{Draft, Geometry, Joint, JointKind, Link, Part, Triangles};
+use crate::decision::{At, DecisionKind, Log};
+use crate::draft::{Draft, Geometry, Joint, JointKind, Link, LinkShape, Triangles};
 use crate::format::STATED;
 
 /// Spring length beyond every tendon's, m or rad.
@@ -43,7 +43,7 @@ pub(super) fn document(complete: &Complete, hand: &Hand, log: &mut Log) -> Strin
     let Writer { world, rest, meshes, texts, .. } = writer;
     let mut out = Lines::at(0);
     out.open(Element::new("mujoco").text("model", &hand.name));
-    for decision in log.of(Kind::Dropped) {
+    for decision in log.of(DecisionKind::Dropped) {
         out.comment(&format!("{}: {}", decision.element, decision.text));
     }
     let compiler = Element::new("compiler").text("angle", "radian").text("autolimits", "true");
@@ -209,7 +209,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn geom(&mut self, link: &Link, part: &Part, collides: bool) {
+    fn geom(&mut self, link: &Link, part: &LinkShape, collides: bool) {
         let shape = match &part.geometry {
             Geometry::Box(size) => Element::geom("box", size.map(|x| x * 0.5)),
             Geometry::Sphere { radius } => Element::geom("sphere", [*radius]),
@@ -378,7 +378,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// What the format cannot say; `hand.toml` has it.
+    /// Decisions on what the format cannot express; `hand.toml` has it.
     fn decide(&mut self) {
         let hand = self.hand;
         let mut lost = Vec::new();

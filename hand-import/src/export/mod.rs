@@ -12,13 +12,13 @@ use crate::decision::Log;
 use crate::error::ImportError;
 use crate::format::Format;
 use crate::imported::Imported;
-use crate::options::Options;
+use crate::options::ImportOptions;
 use crate::read;
 use crate::source::Source;
 
 /// A format to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum ExportTarget {
     /// `hand.urdf`
     Urdf,
     /// `hand.xml`, for MuJoCo.
@@ -29,7 +29,7 @@ pub enum Target {
 ///
 /// # Errors
 /// The source gives no hand.
-pub fn export(hand: &str, target: Target) -> Result<Imported, ImportError> {
+pub fn export(hand: &str, target: ExportTarget) -> Result<Imported, ImportError> {
     let path = Path::new(hand);
     match palmares_models::builtin::builtin_texts(hand).filter(|_| !path.exists()) {
         Some((urdf, settings)) => {
@@ -45,15 +45,15 @@ pub fn export(hand: &str, target: Target) -> Result<Imported, ImportError> {
 ///
 /// # Errors
 /// The source gives no hand.
-pub fn from_source(source: &Source, target: Target) -> Result<Imported, ImportError> {
-    let options = Options::default();
+pub fn from_source(source: &Source, target: ExportTarget) -> Result<Imported, ImportError> {
+    let options = ImportOptions::default();
     let (file, format) = source.description(None)?;
     let (draft, mut log) = read::read(source, &file, format, &options)?;
     let hand = complete::complete(draft, source, &options, &mut log);
     let (mut files, Loaded { hand: loaded, warnings, .. }) = written(&hand, &log, format, source, &file)?;
     let format = match target {
-        Target::Urdf => Format::Urdf,
-        Target::Mjcf => {
+        ExportTarget::Urdf => Format::Urdf,
+        ExportTarget::Mjcf => {
             files.remove(Path::new("hand.urdf"));
             let text = mjcf::document(&hand, &loaded, &mut log);
             files.insert(PathBuf::from("hand.xml"), text.into_bytes());
@@ -72,7 +72,7 @@ fn written(
     source: &Source,
     file: &Path,
 ) -> Result<(BTreeMap<PathBuf, Vec<u8>>, Loaded), ImportError> {
-    let files = crate::write(hand, log, format, &Options::default());
+    let files = crate::write(hand, log, format, &ImportOptions::default());
     let archive =
         Files::Archive { file: source.display(file), folder: PathBuf::new(), entries: files.clone() };
     let loaded = from_files(archive, None, &LoadOptions::default())?;

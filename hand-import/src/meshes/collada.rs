@@ -26,8 +26,12 @@ pub(super) fn collada(text: &str) -> Result<(Corners, Vec<String>), String> {
         return Err(format!("has the root element <{}>, not <COLLADA>", root.tag_name().name()));
     }
     let with_id = root.descendants().filter_map(|node| Some((node.attribute("id")?, node)));
-    let mut scene =
-        Scene { by_id: with_id.collect(), geometries: BTreeMap::new(), corners: Vec::new(), visited: 0 };
+    let mut scene = ColladaScene {
+        by_id: with_id.collect(),
+        geometries: BTreeMap::new(),
+        corners: Vec::new(),
+        visited: 0,
+    };
     let mut notes = Vec::new();
     let asset = child(root, "asset");
     let unit = asset.and_then(|asset| child(asset, "unit")).and_then(|unit| unit.attribute("meter"));
@@ -72,7 +76,7 @@ fn name<'a>(root: Node<'a, '_>, tag: &'a str) -> roxmltree::ExpandedName<'a, 'a>
     root.tag_name().namespace().map_or_else(|| tag.into(), |space| (space, tag).into())
 }
 
-struct Scene<'a, 'input> {
+struct ColladaScene<'a, 'input> {
     by_id: HashMap<&'a str, Node<'a, 'input>>,
     /// Triangles of each geometry, by the place of its element.
     geometries: BTreeMap<usize, Corners>,
@@ -81,7 +85,7 @@ struct Scene<'a, 'input> {
     visited: usize,
 }
 
-impl<'a, 'input> Scene<'a, 'input> {
+impl<'a, 'input> ColladaScene<'a, 'input> {
     /// The element that an attribute of the form `#id` names.
     fn target(&self, node: Node<'a, 'input>, attribute: &str) -> Result<Node<'a, 'input>, String> {
         let url = node.attribute(attribute).unwrap_or_default();

@@ -15,7 +15,7 @@ use self::robot::Robot;
 use self::rotation::{columns, rotation};
 use super::reading::Reading;
 use crate::decision::At;
-use crate::draft::{Draft, Geometry, Inertial, Joint, JointKind, Link, Mesh, Origin, Part, Triangles};
+use crate::draft::{Draft, Geometry, Inertial, Joint, JointKind, Link, LinkShape, Mesh, Origin, Triangles};
 use crate::error::ImportError;
 use crate::format::{Content, Format, recognise};
 
@@ -109,7 +109,7 @@ impl Robot<'_> {
                 if let Some(mut mesh) = reading.mesh(file, [size; 3], at, &element, false) {
                     let (origin, scale) = self.geometry_transform(i, reading);
                     mesh.scale = mesh.scale.map(|s| s * scale);
-                    let part = Part { origin, geometry: Geometry::Mesh(mesh) };
+                    let part = LinkShape { origin, geometry: Geometry::Mesh(mesh) };
                     link.visuals.push(part.clone());
                     link.collisions.push(part);
                 }
@@ -329,7 +329,7 @@ impl Robot<'_> {
         });
         let kind = found.extension().map(|kind| kind.to_string_lossy().to_lowercase()).unwrap_or_default();
         if !["rob", "urdf"].contains(&kind.as_str()) {
-            let part = Part {
+            let part = LinkShape {
                 origin,
                 geometry: Geometry::Mesh(Mesh { triangles: Triangles::File(found), scale: [1.0; 3] }),
             };

@@ -18,7 +18,7 @@ use crate::decision::{At, Log};
 use crate::draft::Draft;
 use crate::error::ImportError;
 use crate::format::Format;
-use crate::options::Options;
+use crate::options::ImportOptions;
 use crate::source::Source;
 use reading::Reading;
 
@@ -27,7 +27,7 @@ pub(crate) fn read(
     source: &Source,
     path: &Path,
     format: Format,
-    options: &Options,
+    options: &ImportOptions,
 ) -> Result<(Draft, Log), ImportError> {
     let shown = source.display(path);
     let mut reading = Reading { source, path: path.to_owned(), log: Log::new(&shown), mounted: 0 };

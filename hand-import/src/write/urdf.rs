@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{Comments, number};
 use crate::complete::Complete;
 use crate::decision::At;
-use crate::draft::{Geometry, Joint, JointKind, Link, Origin, Part, Triangles};
+use crate::draft::{Geometry, Joint, JointKind, Link, LinkShape, Origin, Triangles};
 
 /// The text of `hand.urdf`.
 pub(crate) fn urdf(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> String {
@@ -95,7 +95,7 @@ fn link(out: &mut String, link: &Link) {
     out.push_str("  </link>\n");
 }
 
-fn parts(out: &mut String, tag: &str, parts: &[Part]) {
+fn parts(out: &mut String, tag: &str, parts: &[LinkShape]) {
     for part in parts {
         let _ = writeln!(out, "    <{tag}>");
         origin(out, "      ", &part.origin);

@@ -42,8 +42,8 @@ fn chains_become_joints_in_metres_and_radians() {
     ]);
     let imported = source.import("models/claw.xml");
     no_problems(&imported);
-    has(&imported, Kind::Taken, "dof 1", "breakaway clutch of 0.5 N·m");
-    has(&imported, Kind::Dropped, "<eigenGrasps>", "no motors");
+    has(&imported, DecisionKind::Taken, "dof 1", "breakaway clutch of 0.5 N·m");
+    has(&imported, DecisionKind::Dropped, "<eigenGrasps>", "no motors");
     let hand = loaded(&imported);
     // The second link turns about two hinges, the second of which the clutch of the first lets go on.
     assert_eq!((hand.coordinates.len(), hand.motors.len(), hand.links.len()), (3, 2, 4));
@@ -98,7 +98,7 @@ fn a_breakaway_clutch_lets_the_outer_joint_go_on() {
     let joints = revolute("d0", "<viscousFriction>2e+7</viscousFriction>") + &revolute("d0*0.25+40", "");
     let imported = files(&robot(dof, &format!("<chain>{joints}{LINK}{LINK}</chain>"))).import("claw.xml");
     no_problems(&imported);
-    has(&imported, Kind::Guessed, "dof 0", "holds 9 N·m");
+    has(&imported, DecisionKind::Guessed, "dof 0", "holds 9 N·m");
     let hand = loaded(&imported);
     assert_eq!((hand.coordinates.len(), hand.motors.len(), hand.tendons.len()), (2, 1, 2));
     let [inner, outer] = hand.tendons.as_slice() else { panic!("two drives") };
@@ -125,7 +125,7 @@ fn a_breakaway_clutch_lets_the_outer_joint_go_on() {
         (dof, format!("<chain>{}{LINK}</chain>", revolute("d0", "")), "only one joint"),
     ] {
         let imported = files(&robot(dof, &chain)).import("claw.xml");
-        has(&imported, Kind::Dropped, "dof 0", text);
+        has(&imported, DecisionKind::Dropped, "dof 0", text);
         assert_eq!(loaded(&imported).coordinates.len(), 1);
     }
 }
@@ -140,7 +140,7 @@ fn a_compliant_degree_of_freedom_is_a_cable_against_springs() {
     let chains = format!("<chain>{}{LINK}{LINK}</chain>", finger("d0+-65")).repeat(2);
     let imported = files(&robot(dof, &chains)).import("claw.xml");
     no_problems(&imported);
-    has(&imported, Kind::Taken, "dof 0", "one cable over 4 joints");
+    has(&imported, DecisionKind::Taken, "dof 0", "one cable over 4 joints");
     let hand = loaded(&imported);
     assert_eq!((hand.coordinates.len(), hand.motors.len(), hand.tendons.len()), (4, 1, 1));
     near(hand.tendons[0].force_limit, 60.0);
@@ -180,7 +180,7 @@ fn every_kind_of_transform_is_read() {
     ] {
         let chain = format!("<chain><transform>{wrong}</transform>{}{LINK}</chain>", revolute("d0", ""));
         let imported = files(&robot("<dof type='r'/>", &chain)).import("claw.xml");
-        has(&imported, Kind::Problem, "chain 0", text);
+        has(&imported, DecisionKind::Problem, "chain 0", text);
         loaded(&imported);
     }
 }
@@ -214,7 +214,7 @@ fn a_fixed_link_can_have_a_joint_that_it_holds() {
     );
     let imported = files(&robot("<dof type='r'/><dof type='r'/>", &chain)).import("claw.xml");
     no_problems(&imported);
-    has(&imported, Kind::Dropped, "dof 0", "moves no joint");
+    has(&imported, DecisionKind::Dropped, "dof 0", "moves no joint");
     let hand = loaded(&imported);
     assert_eq!((hand.links.len(), hand.links[0].geoms.len()), (2, 2));
     near((hand.links[0].geoms[1].link_from_geom.translation - Vec3::new(0.0, 0.02, 0.01)).length(), 0.0);
@@ -241,10 +241,10 @@ fn a_tendon_over_points_is_a_cable_with_a_motor() {
     let text = robot(dofs, &format!("{chain}<tendon name='Finger 0'>{points}</tendon>"));
     let imported = files(&text).import("claw.xml");
     no_problems(&imported);
-    has(&imported, Kind::Dropped, "dof 1", "a tendon pulls");
+    has(&imported, DecisionKind::Dropped, "dof 1", "a tendon pulls");
     let hand = loaded(&imported);
     assert_eq!((hand.coordinates.len(), hand.motors.len(), hand.tendons.len()), (2, 1, 1));
-    // What is guessed is within the limits of a hand.
+    // The guessed numbers are within the limits of a hand.
     assert!(hand.tendons[0].stiffness <= 1e6);
     let distance = |a: [f64; 3], b: [f64; 3]| (Vec3::from_array(a) - Vec3::from_array(b)).length();
     let turned = |[x, y, z]: [f64; 3], angle: f64| {
@@ -274,7 +274,7 @@ fn a_tendon_over_points_is_a_cable_with_a_motor() {
     ] {
         let text = robot(dofs, &format!("{chain}<tendon name='Finger 0'>{points}</tendon>{extra}"));
         let imported = files(&text).import("claw.xml");
-        has(&imported, Kind::Dropped, "tendon 'Finger 0'", reason);
+        has(&imported, DecisionKind::Dropped, "tendon 'Finger 0'", reason);
         assert_eq!(loaded(&imported).motors.len(), 2);
     }
 }
@@ -327,7 +327,7 @@ fn a_scene_that_draws_nothing_is_a_link_without_a_shape() {
     source.write("iv/faux.iv", b"#Inventor V2.1 ascii\nSeparator { Material { } }");
     let imported = source.import("claw.xml");
     no_problems(&imported);
-    has(&imported, Kind::Taken, "link 'chain0_link0'", "draws nothing");
+    has(&imported, DecisionKind::Taken, "link 'chain0_link0'", "draws nothing");
     assert_eq!(loaded(&imported).coordinates.len(), 2);
 }
 
@@ -366,8 +366,8 @@ fn gains_of_another_kind_of_joint_are_stand_ins() {
         robot(dof, &format!("<chain>{joint}<link dynamicJointType='Prismatic'>link.xml</link></chain>"));
     let imported = files(&text).import("claw.xml");
     no_problems(&imported);
-    has(&imported, Kind::Guessed, "joint 'chain0_joint0'", "the damping 100000");
-    has(&imported, Kind::Guessed, "actuator 'd0'", "the gain 100000000");
+    has(&imported, DecisionKind::Guessed, "joint 'chain0_joint0'", "the damping 100000");
+    has(&imported, DecisionKind::Guessed, "actuator 'd0'", "the gain 100000000");
     let hand = loaded(&imported);
     assert!(hand.tendons[0].stiffness <= 1e6 && hand.coordinates[0].damping <= 1e3);
     near(hand.tendons[0].force_limit, 20.0);
@@ -379,7 +379,7 @@ fn exchanged_gains_do_not_make_a_motor_creep() {
     let text = robot(dof, &format!("<chain>{}{LINK}</chain>", revolute("d0", "")));
     let imported = files(&text).import("claw.xml");
     no_problems(&imported);
-    has(&imported, Kind::Guessed, "actuator 'd0'", "it would creep");
+    has(&imported, DecisionKind::Guessed, "actuator 'd0'", "it would creep");
     let hand = loaded(&imported);
     near(hand.tendons[0].stiffness, 0.1);
     near(hand.tendons[0].damping, 0.002);
@@ -401,12 +401,12 @@ fn links_that_never_touch_are_kept() {
     let settings = String::from_utf8(imported.files[Path::new("hand.toml")].clone()).expect("text");
     assert!(settings.contains("[\"chain0_link0\", \"chain1_link0\"]"), "{settings}");
     assert!(settings.contains("[\"palm\", \"chain1_link0\"]"), "{settings}");
-    has(&imported, Kind::Taken, "link 'chain2_link0'", "touches nothing");
+    has(&imported, DecisionKind::Taken, "link 'chain2_link0'", "touches nothing");
     // Without a shape the last joint is fixed.
-    has(&imported, Kind::Dropped, "joint 'chain2_joint0'", "it is fixed");
+    has(&imported, DecisionKind::Dropped, "joint 'chain2_joint0'", "it is fixed");
     assert_eq!(loaded(&imported).links.len(), 3);
     let own = text.replace("type='Hand'", "type='M7Tool'");
-    has(&files(&own).import("claw.xml"), Kind::Taken, "robot", "1 pairs");
+    has(&files(&own).import("claw.xml"), DecisionKind::Taken, "robot", "1 pairs");
 }
 
 #[test]
@@ -432,8 +432,8 @@ fn a_hand_without_its_meshes_still_loads() {
     let chains = format!("<chain>{joints}{LINK}{LINK}</chain>").repeat(2);
     let chains = chains.replacen("link.xml", "lost.xml", 1).replacen("link.xml", "lost.xml", 1);
     let imported = files(&robot(dofs, &chains)).import("claw.xml");
-    has(&imported, Kind::Problem, "link 'chain0_link0'", "lost.xml");
-    has(&imported, Kind::Dropped, "joint 'chain0_joint0'", "moves no shape");
+    has(&imported, DecisionKind::Problem, "link 'chain0_link0'", "lost.xml");
+    has(&imported, DecisionKind::Dropped, "joint 'chain0_joint0'", "moves no shape");
     let hand = loaded(&imported);
     assert_eq!((hand.coordinates.len(), hand.tendons.len()), (2, 1));
     // Nothing at all is left of this one, and of one whose followers have lost their shapes.
@@ -450,7 +450,7 @@ fn bodies_that_cannot_be_read_are_all_named() {
     let source =
         Source::new(&[("claw.xml", ROBOT), ("iv/palm.xml", BODY), ("iv/box.iv", "#Inventor V2.1 binary\n")]);
     let imported = source.import("claw.xml");
-    has(&imported, Kind::Problem, "link 'palm'", "binary Open Inventor");
-    has(&imported, Kind::Problem, "link 'chain0_link0'", "link.xml");
-    has(&imported, Kind::Problem, "link 'chain0_link1'", "link.xml");
+    has(&imported, DecisionKind::Problem, "link 'palm'", "binary Open Inventor");
+    has(&imported, DecisionKind::Problem, "link 'chain0_link0'", "link.xml");
+    has(&imported, DecisionKind::Problem, "link 'chain0_link1'", "link.xml");
 }

@@ -17,7 +17,7 @@ fn no_path_leaves_the_source() {
         let text = finger("").replace("<box size='0.02 0.02 0.04'/>", &format!("<mesh filename='{name}'/>"));
         let source = Source::new(&[("claw.urdf", &text)]);
         let imported = source.import("claw.urdf");
-        has(&imported, Kind::Problem, "link 'palm'", "is not in");
+        has(&imported, DecisionKind::Problem, "link 'palm'", "is not in");
         assert!(imported.files.keys().all(|file| !file.starts_with("meshes")), "{name}");
     }
 }
@@ -30,7 +30,7 @@ fn a_link_that_leads_out_is_not_followed() {
     let text = finger("").replace("<box size='0.02 0.02 0.04'/>", "<mesh filename='part.stl'/>");
     let source = Source::new(&[("claw.urdf", &text)]);
     std::os::unix::fs::symlink(outside.path().join("secret.stl"), source.path("part.stl")).expect("linked");
-    has(&source.import("claw.urdf"), Kind::Problem, "link 'palm'", "lies outside the folder");
+    has(&source.import("claw.urdf"), DecisionKind::Problem, "link 'palm'", "lies outside the folder");
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn garbage_is_refused_or_a_problem() {
             let doubled = format!("{cut}{cut}{}", String::from_utf8_lossy(&text.as_bytes()[k..]));
             for changed in [cut, doubled] {
                 let source = Source::new(&[("claw.xml", &changed)]);
-                if let Ok(imported) = import(&source.path("claw.xml"), &Options::default()) {
+                if let Ok(imported) = import(&source.path("claw.xml"), &ImportOptions::default()) {
                     every_decision_is_a_comment(&imported);
                 }
             }
@@ -67,6 +67,6 @@ fn a_robot_of_very_many_links_is_refused_at_once() {
     let source = Source::new(&[("claw.urdf", &format!("<robot name='r'>{links}{joints}</robot>"))]);
     let refusal = source.refusal("claw.urdf");
     assert!(refusal.contains("6000 links and 5999 joints") && refusal.contains("--root"), "{refusal}");
-    let options = Options { root: Some("l5000".to_owned()), ..Options::default() };
-    has(&source.import_with("claw.urdf", &options), Kind::Taken, "robot", "1 of 6000 links");
+    let options = ImportOptions { root: Some("l5000".to_owned()), ..ImportOptions::default() };
+    has(&source.import_with("claw.urdf", &options), DecisionKind::Taken, "robot", "1 of 6000 links");
 }

@@ -57,11 +57,11 @@ fn source() -> Source {
 fn links_joints_and_drivers_are_read() {
     let imported = source().import("gripper.rob");
     no_problems(&imported);
-    has(&imported, Kind::Taken, "`automass`", "from the shapes");
-    has(&imported, Kind::Dropped, "`servoI`", "integral");
-    has(&imported, Kind::Dropped, "`property sensors`", "Klamp't");
-    has(&imported, Kind::Dropped, "wire 1", "no shape");
-    has(&imported, Kind::Taken, "driver 0", "in proportion, near");
+    has(&imported, DecisionKind::Taken, "`automass`", "from the shapes");
+    has(&imported, DecisionKind::Dropped, "`servoI`", "integral");
+    has(&imported, DecisionKind::Dropped, "`property sensors`", "Klamp't");
+    has(&imported, DecisionKind::Dropped, "wire 1", "no shape");
+    has(&imported, DecisionKind::Taken, "driver 0", "in proportion, near");
     let hand = loaded(&imported);
     let joint = |link: &str| {
         let link = hand.links.iter().find(|other| other.name == link).expect("the link");
@@ -108,7 +108,7 @@ fn a_base_that_moves_is_on_a_link_of_its_own() {
     assert_eq!(hand.coordinates.len(), 2);
     assert_eq!(hand.motors.iter().map(|motor| motor.name.as_str()).collect::<Vec<_>>(), ["turn", "bend"]);
     near(hand.tendons[1].stiffness, 4.0);
-    has(&imported, Kind::Guessed, "robot", "states no inertia for 2 links");
+    has(&imported, DecisionKind::Guessed, "robot", "states no inertia for 2 links");
     // One size counts for all shapes.
     let text = String::from_utf8(imported.files[Path::new("hand.urdf")].clone()).expect("text");
     assert_eq!(text.matches("scale=\"0.5 0.5 0.5\"").count(), 4, "{text}");
@@ -124,11 +124,11 @@ fn what_klampt_states_and_a_hand_has_not_is_named() {
     source.write("gripper.rob", format!("{ROBOT}{more}").as_bytes());
     let imported = source.import("gripper.rob");
     for (element, text) in [("`accmax`", "force"), ("`q`", "[start]"), ("`nocollision`", "world")] {
-        has(&imported, Kind::Dropped, element, text);
+        has(&imported, DecisionKind::Dropped, element, text);
     }
-    has(&imported, Kind::Dropped, "driver 3", "base");
-    has(&imported, Kind::Problem, "driver 4", "valid: normal");
-    has(&imported, Kind::Problem, "`noselfcollision`", "'0 9'");
+    has(&imported, DecisionKind::Dropped, "driver 3", "base");
+    has(&imported, DecisionKind::Problem, "driver 4", "valid: normal");
+    has(&imported, DecisionKind::Problem, "`noselfcollision`", "'0 9'");
     assert!(imported.decisions.iter().all(|decision| decision.element != "`geommargin`"));
 }
 
@@ -137,7 +137,7 @@ fn pairs_that_touch_are_those_of_selfcollision() {
     let source = source();
     source.write("gripper.rob", format!("{ROBOT}selfcollision 0 3\n").as_bytes());
     let imported = source.import("gripper.rob");
-    has(&imported, Kind::Taken, "`selfcollision`", "only 1 pairs");
+    has(&imported, DecisionKind::Taken, "`selfcollision`", "only 1 pairs");
     let hand = loaded(&imported);
     let pair = |a: &str, b: &str| {
         let index = |name: &str| hand.links.iter().position(|link| link.name == name).expect("is there");
@@ -169,7 +169,7 @@ fn a_mounted_robot_is_fixed_to_its_link() {
     let mount = format!("{ROBOT}mount 0 \"finger.urdf\" 1 0 0 0 1 0 0 0 1 0 0 0.1 as \"thumb\"\n");
     source.write("gripper.rob", mount.as_bytes());
     let imported = source.import("gripper.rob");
-    has(&imported, Kind::Taken, "`mount", "fixed to the link");
+    has(&imported, DecisionKind::Taken, "`mount", "fixed to the link");
     assert!(imported.decisions.iter().all(|decision| !decision.text.contains("not there")));
     let hand = loaded(&imported);
     assert!(hand.links.iter().any(|link| link.name == "thumb:proximal"));

@@ -12,8 +12,8 @@ mod xacro;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use palmares_hand_import::decision::Kind;
-use palmares_hand_import::{Imported, Options, import};
+use palmares_hand_import::decision::DecisionKind;
+use palmares_hand_import::{ImportOptions, Imported, import};
 use palmares_models::hand::Hand;
 use palmares_models::read::{LoadOptions, hand};
 
@@ -40,17 +40,17 @@ impl Source {
     }
 
     fn import(&self, path: &str) -> Imported {
-        self.import_with(path, &Options::default())
+        self.import_with(path, &ImportOptions::default())
     }
 
-    fn import_with(&self, path: &str, options: &Options) -> Imported {
+    fn import_with(&self, path: &str, options: &ImportOptions) -> Imported {
         let imported = import(&self.path(path), options).unwrap_or_else(|error| panic!("{error}"));
         every_decision_is_a_comment(&imported);
         imported
     }
 
     fn refusal(&self, path: &str) -> String {
-        import(&self.path(path), &Options::default()).expect_err("refused").to_string()
+        import(&self.path(path), &ImportOptions::default()).expect_err("refused").to_string()
     }
 }
 
@@ -73,7 +73,7 @@ fn loaded(imported: &Imported) -> Hand {
 }
 
 #[track_caller]
-fn has(imported: &Imported, kind: Kind, element: &str, text: &str) {
+fn has(imported: &Imported, kind: DecisionKind, element: &str, text: &str) {
     let found = imported.decisions.iter().any(|decision| {
         decision.kind == kind && decision.element.contains(element) && decision.text.contains(text)
     });

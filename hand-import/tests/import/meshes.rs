@@ -69,7 +69,7 @@ fn sized(imported: &Imported, expected: [f64; 3]) {
 fn obj_and_collada_become_stl() {
     sized(&with_mesh("part.obj", obj(0.03).as_bytes()), [0.03; 3]);
     let imported = with_mesh("part.dae", dae("0.001", "Z_UP").as_bytes());
-    has(&imported, Kind::Taken, "link 'palm'", "its unit of 0.001 m is applied");
+    has(&imported, DecisionKind::Taken, "link 'palm'", "its unit of 0.001 m is applied");
     sized(&imported, [0.01, 0.02, 0.03]);
     assert!(imported.files[Path::new("meshes/part.stl")].len() == 84 + 12 * 50);
 }
@@ -77,14 +77,14 @@ fn obj_and_collada_become_stl() {
 #[test]
 fn the_up_axis_of_collada_is_said_and_not_applied() {
     let imported = with_mesh("part.dae", dae("0.001", "Y_UP").as_bytes());
-    has(&imported, Kind::Taken, "link 'palm'", "it states Y_UP");
+    has(&imported, DecisionKind::Taken, "link 'palm'", "it states Y_UP");
     sized(&imported, [0.01, 0.02, 0.03]);
 }
 
 #[test]
 fn a_mesh_in_millimetres_is_recognised_by_its_size() {
     let imported = with_mesh("part.obj", obj(30.0).as_bytes());
-    has(&imported, Kind::Guessed, "link 'palm'", "taken to be mm");
+    has(&imported, DecisionKind::Guessed, "link 'palm'", "taken to be mm");
     sized(&imported, [0.03; 3]);
 }
 
@@ -98,7 +98,7 @@ fn a_binary_stl_that_begins_with_solid_is_read() {
 #[test]
 fn a_pointer_of_git_lfs_is_named() {
     let pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12\n";
-    has(&with_mesh("part.stl", pointer), Kind::Problem, "link 'palm'", "git lfs pull");
+    has(&with_mesh("part.stl", pointer), DecisionKind::Problem, "link 'palm'", "git lfs pull");
     let source = Source::new(&[]);
     source.write("claw.urdf", pointer);
     assert!(source.refusal("claw.urdf").contains("git lfs pull"));
@@ -123,7 +123,7 @@ fn a_mesh_beyond_the_limits_becomes_its_hull() {
         }
     }
     let imported = with_mesh("part.obj", text.as_bytes());
-    has(&imported, Kind::Guessed, "link 'palm'", "convex hull is written");
+    has(&imported, DecisionKind::Guessed, "link 'palm'", "convex hull is written");
     sized(&imported, [0.03; 3]);
 }
 
@@ -229,17 +229,17 @@ fn a_wrong_collada_file_is_a_problem() {
     ] {
         assert!(good.contains(from), "{from}");
         let imported = with_mesh("part.dae", good.replace(from, to).as_bytes());
-        has(&imported, Kind::Problem, "link 'palm'", wanted);
+        has(&imported, DecisionKind::Problem, "link 'palm'", wanted);
     }
     // Nodes that name each other, and nodes that double at each level.
     let circle = scene("1", "<node id='n'><instance_node url='#n'/></node>", "", TETRAHEDRON);
-    has(&with_mesh("part.dae", circle.as_bytes()), Kind::Problem, "link 'palm'", "inside each other");
+    has(&with_mesh("part.dae", circle.as_bytes()), DecisionKind::Problem, "link 'palm'", "inside each other");
     let doubled = |k: usize| {
         format!("<node id='n{k}'><instance_node url='#n{0}'/><instance_node url='#n{0}'/></node>", k + 1)
     };
     let nodes: String = (0..40).map(doubled).collect::<String>() + "<node id='n40'/>";
     let doubled = scene("1", &nodes, "", TETRAHEDRON);
-    has(&with_mesh("part.dae", doubled.as_bytes()), Kind::Problem, "link 'palm'", "in all");
+    has(&with_mesh("part.dae", doubled.as_bytes()), DecisionKind::Problem, "link 'palm'", "in all");
 }
 
 /// Binary glTF: a tetrahedron of 20 mm, in a node turned by 90° about x that a node moves.
@@ -287,7 +287,7 @@ fn binary_gltf_is_read() {
         ("{\"byteLength\":72}", "{\"byteLength\":72,\"uri\":\"a.bin\"}", "one .glb"),
     ] {
         let imported = with_mesh("part.glb", &glb(|json| json.replace(from, to)));
-        has(&imported, Kind::Problem, "link 'palm'", wanted);
+        has(&imported, DecisionKind::Problem, "link 'palm'", wanted);
     }
     let bytes = glb(|json| json);
     for end in (0..bytes.len()).step_by(7) {
@@ -303,6 +303,6 @@ fn a_picture_that_cannot_be_read_is_dropped() {
         source.write("part.blend", b"BLENDER");
         let imported = source.import("claw.urdf");
         no_problems(&imported);
-        has(&imported, Kind::Dropped, "link 'palm'", "picture: mesh");
+        has(&imported, DecisionKind::Dropped, "link 'palm'", "picture: mesh");
     }
 }

@@ -1,6 +1,6 @@
 //! MJCF as a hand that loads: joints that follow, servos, starts, copies. Numbers are those of MuJoCo 4.0 or closed.
 
-use palmares_hand_import::export::{Target, export};
+use palmares_hand_import::export::{ExportTarget, export};
 use palmares_models::measure::{HandLimits, Sources};
 
 use super::*;
@@ -46,7 +46,7 @@ fn a_tendon_over_a_joint_that_follows_acts_on_its_leader() {
          <actuator><position name='m' tendon='split' kp='10' kv='0.3' ctrlrange='-0.1 0.4' forcerange='-2 2'/></actuator>"
     );
     let (imported, hand) = read(&document(["range='-0.2 0.5'", "range='-0.9 0.5'"], &tail));
-    has(&imported, Kind::Taken, "split", "follows 'a'");
+    has(&imported, DecisionKind::Taken, "split", "follows 'a'");
     assert_eq!((hand.coordinates.len(), hand.tendons.len()), (1, 1));
     let tendon = &hand.tendons[0];
     assert_eq!(tendon.moment_arms, [(0, 1.0)]);
@@ -113,7 +113,7 @@ fn a_motor_of_a_joint_that_follows_drives_the_leader() {
         "{FOLLOWS}<actuator><position name='m' joint='b' kp='3' ctrlrange='-0.9 0.5' forcerange='-1 1'/></actuator>"
     );
     let (imported, hand) = read(&document(["range='-0.2 0.5'", "range='-0.9 0.5'"], &tail));
-    has(&imported, Kind::Taken, "actuator 'm'", "follows 'a'");
+    has(&imported, DecisionKind::Taken, "actuator 'm'", "follows 'a'");
     assert_eq!((hand.tendons[0].stiffness, hand.tendons[0].force_limit), (12.0, 2.0));
     // σ = 0 stays the lower end of the command: b = −0.9 is a = 0.5.
     near(wound(&hand, 0.0), 0.5);
@@ -141,7 +141,7 @@ fn commands_of_a_servo_are_its_range() {
     assert_eq!((servo.stiffness, servo.damping, servo.force_limit), (16.0, 0.8, 6.0));
     near(servo.wound(&hand.motors, |_| 0.0), -0.3);
     near(servo.wound(&hand.motors, |_| 1.0), 0.2);
-    has(&imported, Kind::Taken, "general 'n'", "ctrl from 1 to -1");
+    has(&imported, DecisionKind::Taken, "general 'n'", "ctrl from 1 to -1");
 }
 
 #[test]
@@ -150,8 +150,8 @@ fn the_home_keyframe_is_the_start() {
         <actuator><position name='m' tendon='t' kp='3' ctrlrange='0 2' forcerange='-1 1'/></actuator>\
         <keyframe><key name='open' qpos='0 0'/><key name='home' qpos='0.3 0' ctrl='0.5'/></keyframe>";
     let (imported, hand) = read(&document(["range='-1 1' stiffness='0.1'", "range='-1 1'"], tail));
-    has(&imported, Kind::Taken, "key 'home'", "is the start");
-    has(&imported, Kind::Dropped, "key 'open'", "one start");
+    has(&imported, DecisionKind::Taken, "key 'home'", "is the start");
+    has(&imported, DecisionKind::Dropped, "key 'open'", "one start");
     assert_eq!(hand.beginning(), [0.3, 0.0]);
     near(hand.start.sigma_of(0), 0.25);
     // A servo holds its joint.
@@ -221,8 +221,8 @@ fn joints_that_put_the_hand_to_its_place_are_left_out() {
     let text = document(["range='-1 1'", "range='-1 1' stiffness='0.1'"], tail)
         .replace("<body name='palm'>", &format!("<body name='palm'>{joints}"));
     let (imported, hand) = read(&text);
-    has(&imported, Kind::Dropped, "body 'palm'", "by joints of its own");
-    has(&imported, Kind::Dropped, "position 'mx'", "outside the hand");
+    has(&imported, DecisionKind::Dropped, "body 'palm'", "by joints of its own");
+    has(&imported, DecisionKind::Dropped, "position 'mx'", "outside the hand");
     assert_eq!(hand.coordinates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["a", "b"]);
 }
 
@@ -240,7 +240,7 @@ fn too_many_shapes_of_a_link_become_the_hulls_of_near_ones() {
     let text = document(["range='-1 1'", "range='-1 1' stiffness='0.1'"], tail)
         .replace("<geom type='box' size='0.03 0.05 0.02' mass='0.3'/>", &boxes);
     let (imported, hand) = read(&text);
-    has(&imported, Kind::Guessed, "link 'palm'", "has 60 shapes, a hand at most 32");
+    has(&imported, DecisionKind::Guessed, "link 'palm'", "has 60 shapes, a hand at most 32");
     let palm = &hand.links[0];
     assert_eq!(palm.geoms.len(), 32);
     near(palm.inertia.mass, 0.06);
@@ -253,12 +253,12 @@ fn a_servo_hand_goes_through_mjcf_and_back() {
     let (imported, hand) = read(&document(["range='-1 1'", "range='-1 1'"], tail));
     let (folder, out) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
     imported.write(folder.path(), true).expect("written");
-    let exported = export(&folder.path().display().to_string(), Target::Mjcf).expect("exported");
+    let exported = export(&folder.path().display().to_string(), ExportTarget::Mjcf).expect("exported");
     exported.write(out.path(), true).expect("written");
     let text = String::from_utf8(exported.files[Path::new("hand.xml")].clone()).expect("text");
     // MuJoCo clamps the force of an actuator before its implicit step: damping is the tendon's.
     assert!(text.contains("biasprm=\"-1.5 -3.0 0\"") && text.contains("damping=\"0.1\""), "{text}");
-    let again = loaded(&import(out.path(), &Options::default()).expect("imported"));
+    let again = loaded(&import(out.path(), &ImportOptions::default()).expect("imported"));
     assert_eq!(again.motors.len(), 2);
     for (a, b) in hand.tendons.iter().zip(&again.tendons) {
         assert_eq!(
@@ -277,7 +277,7 @@ fn a_regulator_of_position_is_a_servo() {
         <config key='ki' value='4'/><config key='kd' value='0.03'/><config key='slewmax' value='2'/></instance></plugin></extension>\
         <actuator><plugin name='m' joint='a' plugin='mujoco.pid' instance='pd' ctrlrange='-1 1' forcerange='-1 1'/></actuator>";
     let (imported, hand) = read(&document(["range='-1 1'", "range='-1 1' stiffness='0.1'"], tail));
-    has(&imported, Kind::Dropped, "plugin 'm'", "no integral part");
+    has(&imported, DecisionKind::Dropped, "plugin 'm'", "no integral part");
     let servo = &hand.tendons[0];
     assert_eq!((servo.stiffness, servo.damping, servo.force_limit), (2.8, 0.03, 1.0));
     near(hand.motors[0].speed_limit, 1.0);
@@ -289,7 +289,7 @@ fn masks_of_geoms_keep_links_from_each_other() {
         <actuator><position name='m' joint='a' kp='3' ctrlrange='-1 1' forcerange='-1 1'/></actuator>";
     let joints = ["range='-1 1'", "range='-1 1' stiffness='0.1'"];
     let (imported, hand) = read(&document(joints, tail));
-    has(&imported, Kind::Taken, "geom", "keep 1 pairs");
+    has(&imported, DecisionKind::Taken, "geom", "keep 1 pairs");
     let [a, b] = ["a_link", "b_link"].map(|name| hand.link(name).expect("is there"));
     assert_eq!(hand.no_collision, [[a, b]]);
     let pair = tail.replace("<actuator>", "<contact><pair geom1='ga' geom2='gb'/></contact><actuator>");

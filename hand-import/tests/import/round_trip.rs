@@ -1,7 +1,7 @@
 //! A hand that is built in, imported from its own folder or from what was exported, has the same closed form.
 
 use nalgebra::{DMatrix, DVector};
-use palmares_hand_import::export::{Target, export};
+use palmares_hand_import::export::{ExportTarget, export};
 use palmares_models::builtin::builtin_hands;
 
 use super::*;
@@ -90,12 +90,12 @@ fn compare_closed_forms(a: &Hand, b: &Hand) {
 #[test]
 fn an_exported_built_in_hand_comes_back_from_urdf_and_mjcf() {
     for original in builtin_hands() {
-        for target in [Target::Urdf, Target::Mjcf] {
+        for target in [ExportTarget::Urdf, ExportTarget::Mjcf] {
             let (folder, back) =
                 (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
             let exported = export(&original.name, target).expect("exported");
             exported.write(folder.path(), true).expect("written");
-            let imported = import(folder.path(), &Options::default()).expect("imported");
+            let imported = import(folder.path(), &ImportOptions::default()).expect("imported");
             let problems: Vec<_> = imported.problems().collect();
             assert!(problems.is_empty(), "{} {target:?}: {problems:?}", original.name);
             imported.write(back.path(), true).expect("written");
@@ -120,7 +120,7 @@ fn an_imported_built_in_hand_has_the_closed_form_of_the_original() {
     assert!(folders.len() >= 3, "{folders:?}");
     for folder in folders {
         let out = tempfile::tempdir().expect("a folder");
-        let imported = import(&folder, &Options::default()).expect("imported");
+        let imported = import(&folder, &ImportOptions::default()).expect("imported");
         let problems: Vec<_> = imported.problems().collect();
         assert!(problems.is_empty(), "{}: {problems:?}", folder.display());
         imported.write(out.path(), true).expect("written");
@@ -138,17 +138,20 @@ fn friction_of_joints_goes_along_and_that_of_cables_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("hand.urdf"), urdf).expect("written");
     std::fs::write(folder.path().join("hand.toml"), toml).expect("written");
-    let exported = export(&folder.path().display().to_string(), Target::Mjcf).expect("exported");
+    let exported = export(&folder.path().display().to_string(), ExportTarget::Mjcf).expect("exported");
     let capstan = |d: &palmares_hand_import::decision::Decision| {
         d.element == "tendon 'curl'" && d.text.contains("capstan")
     };
-    assert!(exported.decisions.iter().any(|d| capstan(d) && d.kind == Kind::Dropped));
+    assert!(exported.decisions.iter().any(|d| capstan(d) && d.kind == DecisionKind::Dropped));
     // Without hand.toml, MJCF has the friction of joints alone.
     let text = String::from_utf8(exported.files[Path::new("hand.xml")].clone()).expect("text");
     let alone = tempfile::tempdir().expect("a folder");
     std::fs::write(alone.path().join("hand.xml"), text).expect("written");
     let back = tempfile::tempdir().expect("a folder");
-    import(alone.path(), &Options::default()).expect("imported").write(back.path(), true).expect("written");
+    import(alone.path(), &ImportOptions::default())
+        .expect("imported")
+        .write(back.path(), true)
+        .expect("written");
     let copy = hand(back.path(), &LoadOptions::default()).expect("loads").hand;
     let friction: Vec<f64> = copy.coordinates.iter().map(|c| c.friction).collect();
     assert_eq!(friction, [0.0, 0.01, 0.0, 0.0]);

@@ -11,7 +11,7 @@ fn a_hand_without_motors_gets_one_for_each_independent_joint() {
     let source = Source::new(&[("claw.urdf", &finger(""))]);
     let imported = source.import("claw.urdf");
     no_problems(&imported);
-    has(&imported, Kind::Guessed, "robot", "names no motor");
+    has(&imported, DecisionKind::Guessed, "robot", "names no motor");
     let hand = loaded(&imported);
     assert_eq!((hand.motors.len(), hand.tendons.len(), hand.coordinates.len()), (2, 2, 2));
     let (motor, tendon) = (&hand.motors[0], &hand.tendons[0]);
@@ -28,8 +28,8 @@ fn transmissions_count_wherever_they_are_in_the_file() {
     let text = finger("").replacen("<link", &format!("{SIMPLE}<link"), 1);
     let source = Source::new(&[("claw.urdf", &text)]);
     let imported = source.import("claw.urdf");
-    has(&imported, Kind::Taken, "transmission 't1'", "mechanicalReduction 50");
-    has(&imported, Kind::Problem, "joint 'tip'", "moves freely");
+    has(&imported, DecisionKind::Taken, "transmission 't1'", "mechanicalReduction 50");
+    has(&imported, DecisionKind::Problem, "joint 'tip'", "moves freely");
     let hand = loaded(&imported);
     assert_eq!(hand.motors.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["m1"]);
 }
@@ -57,7 +57,7 @@ fn all_problems_are_found_in_one_run() {
         ("link 'distal'", "gone.stl"),
         ("joint 'base'", "upper of <limit> is 'high'"),
     ] {
-        has(&imported, Kind::Problem, element, text);
+        has(&imported, DecisionKind::Problem, element, text);
     }
 }
 
@@ -89,9 +89,9 @@ fn several_robots_are_listed_and_one_is_chosen() {
         Source::new(&[("urdf/left.urdf", &text), ("urdf/right.urdf", &text), ("mesh.xml", "<mesh/>")]);
     let refusal = source.refusal("");
     assert!(refusal.contains("--robot") && refusal.contains("left.urdf (URDF)"), "{refusal}");
-    let options = Options { robot: Some("right".to_owned()), ..Options::default() };
+    let options = ImportOptions { robot: Some("right".to_owned()), ..ImportOptions::default() };
     assert!(source.import_with("", &options).description.ends_with("urdf/right.urdf"));
-    let none = Options { robot: Some("middle".to_owned()), ..Options::default() };
+    let none = ImportOptions { robot: Some("middle".to_owned()), ..ImportOptions::default() };
     let error = import(&source.path(""), &none).expect_err("refused").to_string();
     assert!(error.contains("no robot 'middle'") && error.contains("urdf/left.urdf"), "{error}");
 }
@@ -118,7 +118,7 @@ fn a_mimic_by_factor_zero_is_a_fixed_joint() {
     let source = Source::new(&[("claw.urdf", &text)]);
     let imported = source.import("claw.urdf");
     no_problems(&imported);
-    has(&imported, Kind::Taken, "joint 'tip'", "taken is a fixed joint at 0.1");
+    has(&imported, DecisionKind::Taken, "joint 'tip'", "taken is a fixed joint at 0.1");
     assert_eq!(loaded(&imported).coordinates.len(), 1);
 }
 
@@ -135,7 +135,7 @@ fn a_joint_without_shapes_gives_its_motor_to_its_first_follower() {
     let source = Source::new(&[("claw.urdf", &text)]);
     let imported = source.import("claw.urdf");
     no_problems(&imported);
-    has(&imported, Kind::Taken, "joint 'synergy'", "'base' leads the 1 others");
+    has(&imported, DecisionKind::Taken, "joint 'synergy'", "'base' leads the 1 others");
     let hand = loaded(&imported);
     assert_eq!((hand.coordinates.len(), hand.motors.len()), (1, 1));
     near(hand.coordinates[0].lower, 0.1);
@@ -151,8 +151,8 @@ fn stand_ins_for_efforts_and_speeds_are_replaced() {
     let text = finger("").replace("effort='0.7' velocity='2'", "effort='1000' velocity='100'");
     let source = Source::new(&[("claw.urdf", &text)]);
     let imported = source.import("claw.urdf");
-    has(&imported, Kind::Guessed, "actuator 'base'", "largest force 1000");
-    has(&imported, Kind::Guessed, "actuator 'base'", "largest speed 100");
+    has(&imported, DecisionKind::Guessed, "actuator 'base'", "largest force 1000");
+    has(&imported, DecisionKind::Guessed, "actuator 'base'", "largest speed 100");
     let hand = loaded(&imported);
     near(hand.tendons[0].force_limit, 1.0);
     assert!(hand.motors[0].speed_limit <= 6.0);
@@ -169,8 +169,8 @@ fn figures_that_no_hand_may_have_are_replaced() {
     let text = format!("{}lower='-1.4' upper='-0.2'{}", &text[..second], &text[second + 24..]);
     let imported = Source::new(&[("claw.urdf", &text)]).import("claw.urdf");
     no_problems(&imported);
-    has(&imported, Kind::Guessed, "joint 'base'", "the damping 100");
-    has(&imported, Kind::Guessed, "link 'distal'", "weighs 1.000e-8 kg");
+    has(&imported, DecisionKind::Guessed, "joint 'base'", "the damping 100");
+    has(&imported, DecisionKind::Guessed, "link 'distal'", "weighs 1.000e-8 kg");
     let hand = loaded(&imported);
     assert!(hand.coordinates[0].damping < 5.0);
     near(hand.links[2].inertia.mass, 0.016);
@@ -189,7 +189,7 @@ fn limits_of_a_mimic_that_contradict_its_leader_are_named_and_replaced() {
     let text = text.replace("lower='-0.2' upper='1.4'", "lower='0' upper='0.8'");
     let source = Source::new(&[("claw.urdf", &text)]);
     let imported = source.import("claw.urdf");
-    has(&imported, Kind::Problem, "joint 'tip'", "follows 'base' to -0.8");
+    has(&imported, DecisionKind::Problem, "joint 'tip'", "follows 'base' to -0.8");
     let hand = loaded(&imported);
     near(hand.coordinates[0].lower, 0.0);
     near(hand.coordinates[0].upper, 0.8);
@@ -204,8 +204,8 @@ fn springs_and_friction_of_gazebo_are_taken() {
     );
     let source = Source::new(&[("claw.urdf", &(text.replace("</robot>", SIMPLE) + "</robot>"))]);
     let imported = source.import("claw.urdf");
-    has(&imported, Kind::Dropped, "<gazebo>", "selfCollide");
-    has(&imported, Kind::Dropped, "plugin name='p'", "Gazebo only");
+    has(&imported, DecisionKind::Dropped, "<gazebo>", "selfCollide");
+    has(&imported, DecisionKind::Dropped, "plugin name='p'", "Gazebo only");
     let hand = loaded(&imported);
     let tip = hand.coordinates.iter().find(|c| c.name == "tip").expect("tip");
     near(tip.stiffness, 0.3);
@@ -225,7 +225,7 @@ fn two_elasticities_of_one_joint_are_a_problem() {
     let text = finger(&(transmission("one", "0.2") + &transmission("two", "0.9")));
     let source = Source::new(&[("claw.urdf", &text)]);
     let imported = source.import("claw.urdf");
-    has(&imported, Kind::Problem, "transmission 'two', joint 'tip'", "0.9 here and 0.2 in another");
+    has(&imported, DecisionKind::Problem, "transmission 'two', joint 'tip'", "0.9 here and 0.2 in another");
     near(loaded(&imported).coordinates[1].stiffness, 0.2);
 }
 
@@ -234,16 +234,16 @@ fn links_without_mass_get_one_from_their_shapes() {
     let source =
         Source::new(&[("claw.urdf", &finger("").replace("<mass value='0.05'/>", "<mass value='0'/>"))]);
     let imported = source.import("claw.urdf");
-    has(&imported, Kind::Guessed, "link 'distal'", "0.0160 kg");
+    has(&imported, DecisionKind::Guessed, "link 'distal'", "0.0160 kg");
     near(loaded(&imported).links[2].inertia.mass, 0.016);
 }
 
 #[test]
-fn pictures_become_collision_shapes_when_asked() {
+fn pictures_become_collision_shapes_on_request() {
     let text = finger("").replace("collision>", "visual>");
     let source = Source::new(&[("claw.urdf", &text)]);
-    has(&source.import("claw.urdf"), Kind::Problem, "robot", "--visual-as-collision");
-    let options = Options { visual_as_collision: true, ..Options::default() };
+    has(&source.import("claw.urdf"), DecisionKind::Problem, "robot", "--visual-as-collision");
+    let options = ImportOptions { visual_as_collision: true, ..ImportOptions::default() };
     let imported = source.import_with("claw.urdf", &options);
     no_problems(&imported);
     assert_eq!(loaded(&imported).links[1].geoms.len(), 1);
@@ -252,7 +252,7 @@ fn pictures_become_collision_shapes_when_asked() {
 #[test]
 fn a_drafted_hand_has_a_commented_table_for_every_coordinate() {
     let source = Source::new(&[("claw.urdf", &finger("")), ("hand.toml", "name = \"other\"\n")]);
-    let options = Options { template: true, name: Some("mine".to_owned()), ..Options::default() };
+    let options = ImportOptions { template: true, name: Some("mine".to_owned()), ..ImportOptions::default() };
     let imported = source.import_with("claw.urdf", &options);
     let text = String::from_utf8(imported.files[Path::new("hand.toml")].clone()).expect("text");
     assert!(
@@ -306,14 +306,14 @@ fn transmissions_of_other_types_give_each_joint_a_motor() {
             Source::new(&[("claw.urdf", &finger(&two(kind, "<joint name='base'/><joint name='tip'/>")))]);
         let imported = source.import("claw.urdf");
         no_problems(&imported);
-        has(&imported, Kind::Guessed, element, text);
+        has(&imported, DecisionKind::Guessed, element, text);
         let hand = loaded(&imported);
         assert_eq!(hand.motors.iter().map(|motor| motor.name.as_str()).collect::<Vec<_>>(), ["m1", "m2"]);
     }
     let source = Source::new(&[("claw.urdf", &finger(&two("SimpleTransmission", "<joint name='tip'/>")))]);
-    has(&source.import("claw.urdf"), Kind::Dropped, "transmission 't'", "'m2'");
+    has(&source.import("claw.urdf"), DecisionKind::Dropped, "transmission 't'", "'m2'");
     let source = Source::new(&[("claw.urdf", &finger(&two("makersOwn", "")))]);
-    has(&source.import("claw.urdf"), Kind::Problem, "transmission 't'", "names no <joint>");
+    has(&source.import("claw.urdf"), DecisionKind::Problem, "transmission 't'", "names no <joint>");
     // Also where a joint without a shape leads: its motor is that of its first follower.
     let virtual_joint = "<link name='virtual'/><joint name='synergy' type='revolute'><parent link='palm'/><child link='virtual'/>\
          <axis xyz='0 0 1'/><limit lower='0' upper='1' effort='2' velocity='4'/></joint>";
@@ -346,11 +346,11 @@ fn elements_and_types_that_are_not_read_are_named() {
     );
     let source = Source::new(&[("claw.urdf", &text)]);
     let imported = source.import("claw.urdf");
-    has(&imported, Kind::Taken, "link 'distal'", "lateral_friction 0.8");
-    has(&imported, Kind::Dropped, "<sensing> of a link", "no place");
-    has(&imported, Kind::Problem, "joint 'base'", "valid: fixed, revolute, continuous, prismatic");
-    has(&imported, Kind::Problem, "joint of line 1", "has no name");
-    has(&imported, Kind::Taken, "joint 'free'", "moves with the controller's arm");
+    has(&imported, DecisionKind::Taken, "link 'distal'", "lateral_friction 0.8");
+    has(&imported, DecisionKind::Dropped, "<sensing> of a link", "no place");
+    has(&imported, DecisionKind::Problem, "joint 'base'", "valid: fixed, revolute, continuous, prismatic");
+    has(&imported, DecisionKind::Problem, "joint of line 1", "has no name");
+    has(&imported, DecisionKind::Taken, "joint 'free'", "moves with the controller's arm");
     let hand = loaded(&imported);
     near(hand.links.iter().find(|link| link.name == "distal").expect("is there").geoms[0].friction, 0.8);
 }
@@ -363,14 +363,14 @@ fn the_hand_of_an_arm_is_taken_by_its_root() {
         <transmission name='t'><type>transmission_interface/SimpleTransmission</type><joint name='tip'/><actuator name='m'/></transmission>";
     let arm = &format!("{arm}{SIMPLE}");
     let source = Source::new(&[("claw.urdf", &finger(arm)), ("hand.toml", "servo_joints = \"all\"\n")]);
-    let options = Options { root: Some("palm".to_owned()), ..Options::default() };
+    let options = ImportOptions { root: Some("palm".to_owned()), ..ImportOptions::default() };
     let imported = source.import_with("claw.urdf", &options);
     no_problems(&imported);
-    has(&imported, Kind::Taken, "robot", "3 of 4 links");
-    has(&imported, Kind::Dropped, "hand.toml", "whole robot");
+    has(&imported, DecisionKind::Taken, "robot", "3 of 4 links");
+    has(&imported, DecisionKind::Dropped, "hand.toml", "whole robot");
     let hand = loaded(&imported);
     assert_eq!((hand.links[0].name.as_str(), hand.links.len(), hand.motors.len()), ("palm", 3, 2));
-    let none = Options { root: Some("hand".to_owned()), ..Options::default() };
+    let none = ImportOptions { root: Some("hand".to_owned()), ..ImportOptions::default() };
     let error = import(&source.path("claw.urdf"), &none).expect_err("refused").to_string();
     assert!(error.contains("no link 'hand'") && error.contains("palm, proximal, distal, arm"), "{error}");
 }
@@ -425,7 +425,7 @@ fn a_leader_whose_picture_touches_keeps_leading() {
     let (left, right) = (joint("lj", "l", 0.04, ""), joint("rj", "r", -0.04, "<mimic joint='lj'/>"));
     let text = format!("<robot name='claw'>{}{}{}{left}{right}</robot>", link("palm"), link("l"), link("r"));
     let source = Source::new(&[("claw.urdf", &picture(&text))]);
-    let options = Options { visual_as_collision: true, ..Options::default() };
+    let options = ImportOptions { visual_as_collision: true, ..ImportOptions::default() };
     let hand = loaded(&source.import_with("claw.urdf", &options));
     assert_eq!(hand.coordinates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["lj"]);
     assert_eq!(hand.links.iter().filter(|link| link.joint.is_some()).count(), 2);

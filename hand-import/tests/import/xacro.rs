@@ -36,7 +36,8 @@ fn macros_are_expanded_or_their_program_is_named() {
         assert!(refusal.contains("pip install xacro"), "{refusal}");
         return;
     }
-    let options = Options { xacro_arguments: vec!["upper:=1.25".to_owned()], ..Options::default() };
+    let options =
+        ImportOptions { xacro_arguments: vec!["upper:=1.25".to_owned()], ..ImportOptions::default() };
     // The file of macros is no robot of its own: the folder has one.
     let imported = source.import_with("", &options);
     no_problems(&imported);
@@ -47,11 +48,11 @@ fn macros_are_expanded_or_their_program_is_named() {
 
 #[test]
 fn arguments_have_a_name_and_a_value() {
-    let options = Options { xacro_arguments: vec!["upper=1".to_owned()], ..Options::default() };
+    let options = ImportOptions { xacro_arguments: vec!["upper=1".to_owned()], ..ImportOptions::default() };
     let error = import(&source().path("urdf/claw.urdf.xacro"), &options).expect_err("refused").to_string();
     assert!(error.contains("--arg 'upper=1'; valid: NAME:=VALUE"), "{error}");
     let urdf = Source::new(&[("claw.urdf", &finger(""))]);
-    has(&urdf.import_with("claw.urdf", &options), Kind::Dropped, "--arg", "the file is URDF");
+    has(&urdf.import_with("claw.urdf", &options), DecisionKind::Dropped, "--arg", "the file is URDF");
 }
 
 #[test]

@@ -17,7 +17,7 @@ use clap::Args;
 use palmares_hand_import::mesh_triangles;
 use palmares_models::Vec3;
 use palmares_models::error::ModelError;
-use palmares_models::pieces::{Options, PiecesError, Stage, TriangleMesh, compare, decompose};
+use palmares_models::pieces::{DecompositionOptions, PiecesError, Stage, TriangleMesh, compare, decompose};
 use palmares_models::read::{Limits, MeshUse, mesh_uses, played_points, triangle_mesh};
 use palmares_models::shape::hull::{THINNED_DIRECTIONS, thinned};
 use std::io::{IsTerminal as _, Write as _};
@@ -76,7 +76,7 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
     let mut progress = Progress::new(args.resolution);
     // In units of the file, so that pieces and mesh coincide in any program.
     let in_units = triangle_mesh(&file, Vec3::ONE, &Limits { length_m: f64::MAX, ..limits })?;
-    let options = Options { pieces: most, resolution: args.resolution };
+    let options = DecompositionOptions { pieces: most, resolution: args.resolution };
     // The library may panic; that is caught, and must not print a message.
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| ()));

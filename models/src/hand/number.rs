@@ -1,7 +1,7 @@
 //! Declaration of the numbers of a hand.
 //!
 //! A number is one row in the file of its part, beside its law. [`numbers!`] makes of the row the field in the hand, in `hand.toml`, in an
-//! importer's draft and in the description. What happens to all numbers is a loop over the rows: the checks, the content hash, `hand show`
+//! importer's draft and in the description. Loops over the rows do the rest: the checks, the content hash, `hand show`
 //! and a written `hand.toml`.
 
 use std::collections::BTreeMap;
@@ -179,10 +179,10 @@ impl Value for bool {
 
 /// The numbers of a part.
 pub trait Numbers {
-    /// Those that the part has, in their order.
+    /// The numbers that the part has, in their order.
     fn entries(&self) -> Vec<(Number, Entry)>;
 
-    /// Those that `hand.toml` must state.
+    /// The numbers that `hand.toml` must state.
     fn needed(&self) -> Vec<(Number, Entry)> {
         let mut entries = self.entries();
         entries.retain(|(number, entry)| match entry {

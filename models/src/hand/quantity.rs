@@ -9,7 +9,7 @@ use super::uncertain::{HandQuantity, Owner};
 struct Quantity {
     /// Its name in `hand.toml`.
     name: &'static str,
-    /// What has it.
+    /// The part that has it.
     owner: Owner,
     /// Range of the number itself; none if only a factor of it makes sense.
     value: Option<Bounds>,
@@ -38,7 +38,7 @@ impl HandQuantity {
         self.declaration().name
     }
 
-    /// What has it.
+    /// The part that has it.
     pub fn owner(self) -> Owner {
         self.declaration().owner
     }
@@ -132,8 +132,8 @@ const MOMENT_ARMS: Quantity = Quantity {
     },
 };
 
-/// f_max, as `[uncertain]` has it. What the tendon holds and the load at which its motors stall are in proportion; a motor of several
-/// tendons is as strong as the first of them.
+/// f_max, as `[uncertain]` has it. The tendon's holding force and the load at which its motors stall are in proportion; a motor of
+/// several tendons is as strong as the first of them.
 const FORCE_LIMIT: Quantity = Quantity {
     name: "force_limit",
     owner: Owner::Tendon,

@@ -90,7 +90,7 @@ impl Range {
     }
 }
 
-/// What has a quantity.
+/// The part that has a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
     /// Links of the hand.

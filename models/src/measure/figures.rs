@@ -21,7 +21,7 @@ const ARM_SAMPLES: usize = 65;
 
 /// The part of a hand that a figure belongs to.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum HandPart {
     /// The hand as a whole.
     Hand,
     /// A link.
@@ -34,14 +34,14 @@ pub enum Part {
     Motor(String),
 }
 
-impl fmt::Display for Part {
+impl fmt::Display for HandPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Part::Hand => write!(f, "robot"),
-            Part::Link(name) => write!(f, "link '{name}'"),
-            Part::Joint(name) => write!(f, "joint '{name}'"),
-            Part::Tendon(name) => write!(f, "transmission '{name}'"),
-            Part::Motor(name) => write!(f, "actuator '{name}'"),
+            HandPart::Hand => write!(f, "robot"),
+            HandPart::Link(name) => write!(f, "link '{name}'"),
+            HandPart::Joint(name) => write!(f, "joint '{name}'"),
+            HandPart::Tendon(name) => write!(f, "transmission '{name}'"),
+            HandPart::Motor(name) => write!(f, "actuator '{name}'"),
         }
     }
 }
@@ -54,7 +54,7 @@ pub struct Figure {
     /// Value in the unit of `spec`.
     pub value: f64,
     /// Part with that value.
-    pub part: Part,
+    pub part: HandPart,
     /// The field of `hand.toml` that may state it; empty if none does.
     pub field: &'static str,
     /// Whether it is the size of a mesh.
@@ -77,7 +77,7 @@ pub fn number(x: f64) -> String {
 struct Worst(Vec<Figure>);
 
 impl Worst {
-    fn see(&mut self, name: &str, value: f64, part: impl FnOnce() -> Part, field: &'static str) {
+    fn see(&mut self, name: &str, value: f64, part: impl FnOnce() -> HandPart, field: &'static str) {
         let Some(spec) = SPECS.iter().find(|spec| spec.name == name) else { return };
         let worse = |known: &Figure| match spec.bound {
             Bound::Most => value > known.value,
@@ -111,7 +111,7 @@ impl Hand {
             ("tendons", self.tendons.len()),
             ("motors", self.motors.len()),
         ] {
-            worst.see(name, count(n), || Part::Hand, "");
+            worst.see(name, count(n), || HandPart::Hand, "");
         }
         let order = |figure: &Figure| SPECS.iter().position(|spec| spec.name == figure.spec.name);
         worst.0.sort_by_key(order);
@@ -121,10 +121,10 @@ impl Hand {
         worst.0
     }
 
-    fn is_mesh(&self, part: &Part) -> bool {
+    fn is_mesh(&self, part: &HandPart) -> bool {
         let of = |link: &&Link| match part {
-            Part::Hand => true,
-            Part::Link(name) => link.name == *name,
+            HandPart::Hand => true,
+            HandPart::Link(name) => link.name == *name,
             _ => false,
         };
         self.links.iter().filter(of).flat_map(|l| &l.geoms).any(|g| matches!(g.shape, Shape::Hull { .. }))
@@ -208,7 +208,7 @@ impl Hand {
     fn sizes(&self, worst: &mut Worst) {
         for q in [self.open(), self.closed()] {
             let Some((low, high)) = self.bounding_box(&q) else { continue };
-            worst.see("size_m", (high - low).max_element(), || Part::Hand, "");
+            worst.see("size_m", (high - low).max_element(), || HandPart::Hand, "");
         }
         let mut from_base: Vec<f64> = Vec::with_capacity(self.links.len());
         for link in &self.links {
@@ -226,7 +226,7 @@ impl Hand {
             let to_link: f64 = to_link.sum();
             let origin = link.parent.map_or(0.0, |parent| from_base[parent]) + to_link;
             from_base.push(origin);
-            let part = || Part::Link(link.name.clone());
+            let part = || HandPart::Link(link.name.clone());
             for geom in &link.geoms {
                 let far = farthest(&geom.shape, &geom.link_from_geom);
                 worst.see("reach_m", origin + far, part, "");
@@ -238,16 +238,16 @@ impl Hand {
         }
         let volume: f64 =
             self.links.iter().flat_map(|l| &l.geoms).map(|geom| inertia::volume(&geom.shape)).sum();
-        worst.see("volume_m3", volume, || Part::Hand, "");
+        worst.see("volume_m3", volume, || HandPart::Hand, "");
     }
 
     fn masses(&self, worst: &mut Worst) {
         for link in &self.links {
             for name in ["link_mass_kg", "least_link_mass_kg"] {
-                worst.see(name, link.inertia.mass, || Part::Link(link.name.clone()), "mass");
+                worst.see(name, link.inertia.mass, || HandPart::Link(link.name.clone()), "mass");
             }
         }
-        worst.see("mass_kg", self.links.iter().map(|l| l.inertia.mass).sum(), || Part::Hand, "");
+        worst.see("mass_kg", self.links.iter().map(|l| l.inertia.mass).sum(), || HandPart::Hand, "");
     }
 
     /// Whether a coordinate slides: its unit is the metre. It is the motion of the joint that carries it; joints
@@ -269,7 +269,7 @@ impl Hand {
     fn joints(&self, worst: &mut Worst) {
         let inertias = self.joint_inertias(&self.open());
         for (i, c) in self.coordinates.iter().enumerate() {
-            let part = || Part::Joint(c.name.clone());
+            let part = || HandPart::Joint(c.name.clone());
             for hinge in self.hinges(i) {
                 let name = match hinge.kind {
                     HingeKind::Revolute => "joint_range_rad",
@@ -313,7 +313,7 @@ impl Hand {
 
     fn drives(&self, worst: &mut Worst) {
         for tendon in &self.tendons {
-            let part = || Part::Tendon(tendon.name.clone());
+            let part = || HandPart::Tendon(tendon.name.clone());
             for c in tendon.coordinates() {
                 worst.see("moment_arm", self.largest_arm(tendon, c), part, "");
             }
@@ -322,7 +322,7 @@ impl Hand {
             worst.see("tendon_force", tendon.force_limit, part, "stiffness");
         }
         for (m, motor) in self.motors.iter().enumerate() {
-            let part = || Part::Motor(motor.name.clone());
+            let part = || HandPart::Motor(motor.name.clone());
             let pull: f64 = self.tendons.iter().map(|t| t.weight(m).abs() * t.force_limit).sum();
             worst.see("motor_scaling", motor.scaling.abs(), part, "scaling");
             worst.see("motor_offset", motor.offset.abs(), part, "scaling");

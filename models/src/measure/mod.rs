@@ -8,7 +8,7 @@ mod sources;
 
 pub use self::excess::Excess;
 pub(crate) use self::figures::bounding_box;
-pub use self::figures::{Figure, Part, number};
+pub use self::figures::{Figure, HandPart, number};
 pub use self::limits::{Bound, HandLimits, SPECS, Spec};
 pub use self::plausible::{LOOSE, oddities};
 pub use self::sources::{SourceLocation, Sources};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::figures::{Part, number};
+use super::figures::{HandPart, number};
 use crate::error::LoadWarning;
 use crate::hand::{Hand, Link, Motor, Tendon};
 use crate::shape::{Shape, inertia};
@@ -96,10 +96,10 @@ pub fn oddities(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
 }
 
 /// Sizes and masses of links that do not match.
-fn lengths_and_masses(hand: &Hand) -> Vec<(Part, String)> {
+fn lengths_and_masses(hand: &Hand) -> Vec<(HandPart, String)> {
     let mut out = Vec::new();
     for link in &hand.links {
-        let part = || Part::Link(link.name.clone());
+        let part = || HandPart::Link(link.name.clone());
         let mesh = link.geoms.iter().any(|g| matches!(g.shape, Shape::Hull { .. }));
         let size = link.size().map_or(0.0, |size| size.max_element());
         if mesh && size > LARGE_M {
@@ -125,14 +125,14 @@ fn lengths_and_masses(hand: &Hand) -> Vec<(Part, String)> {
         let ratio = heavy.inertia.mass / light.inertia.mass;
         if ratio > MASS_RATIO {
             let message = format!("weighs {} times less than '{}'", number(ratio.round()), heavy.name);
-            out.push((Part::Link(light.name.clone()), message));
+            out.push((HandPart::Link(light.name.clone()), message));
         }
     }
     out
 }
 
 /// Motors that wind far more or far less than the range of their tendons' joints.
-fn windings(hand: &Hand) -> Vec<(Part, String)> {
+fn windings(hand: &Hand) -> Vec<(HandPart, String)> {
     let taken_up = |tendon: &Tendon| -> Option<f64> {
         let ends: Option<Vec<f64>> = (0..hand.coordinates.len())
             .map(|i| {
@@ -152,7 +152,7 @@ fn windings(hand: &Hand) -> Vec<(Part, String)> {
         let each = each.collect::<Option<Vec<f64>>>()?;
         let (least, most) =
             each.iter().fold((f64::INFINITY, 0.0), |(a, b), x| (f64::min(a, *x), f64::max(b, *x)));
-        let (wound, part) = (motor.scaling.abs(), Part::Motor(motor.name.clone()));
+        let (wound, part) = (motor.scaling.abs(), HandPart::Motor(motor.name.clone()));
         // The range of a servo is stated in the unit of its joint.
         let servo =
             hand.tendons.iter().filter(own).all(|t| t.both_ways && matches!(t.moment_arms[..], [(_, 1.0)]));

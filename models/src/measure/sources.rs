@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::figures::{Figure, Part};
+use super::figures::{Figure, HandPart};
 
 /// The file and the element that state a number.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,21 +47,21 @@ impl Sources {
         let field = figure.field;
         let in_settings = |table: &String| self.stated.contains_key(&(table.clone(), field));
         let tables = match &figure.part {
-            Part::Hand => vec![],
+            HandPart::Hand => vec![],
             // Links that a fixed joint merges are one here, but separate in hand.toml.
-            Part::Link(_) if field == "friction" => {
+            HandPart::Link(_) if field == "friction" => {
                 let says = |((table, field), value): (&(String, &'static str), &f64)| {
                     let of_links = table == "friction" || table.starts_with("[links.");
                     (of_links && *field == "friction" && *value == figure.value).then(|| table.clone())
                 };
                 self.stated.iter().filter_map(says).collect()
             }
-            Part::Link(name) => vec![format!("[links.{name}]")],
-            Part::Joint(name) => {
+            HandPart::Link(name) => vec![format!("[links.{name}]")],
+            HandPart::Joint(name) => {
                 vec![format!("[coordinates.{name}]"), "[every_coordinate]".to_owned()]
             }
-            Part::Tendon(name) => vec![format!("[tendons.{name}]")],
-            Part::Motor(name) => vec![format!("[motors.{name}]")],
+            HandPart::Tendon(name) => vec![format!("[tendons.{name}]")],
+            HandPart::Motor(name) => vec![format!("[motors.{name}]")],
         };
         match tables.into_iter().find(in_settings) {
             Some(element) => SourceLocation { file: self.settings.clone(), element },

@@ -122,7 +122,8 @@ pub fn compare(mesh: &TriangleMesh, pieces: &[Vec<Vec3>]) -> Option<Fit> {
     let volumes: Vec<f64> =
         solids.iter().map(|s| volume_of_triangles(&s.mesh.vertices, &s.mesh.triangles)).collect();
     let pieces_volume = volumes.iter().sum::<f64>();
-    let (com_shift, inertia_error) = mesh.inertia(1.0).and_then(|of_mesh| apart(&of_mesh, pieces)).unzip();
+    let (com_shift, inertia_error) =
+        mesh.inertia(1.0).and_then(|of_mesh| mass_differences(&of_mesh, pieces)).unzip();
     let (mesh_volume, cavities) = match surface {
         Surface::Closed { volume, cavities, .. } => (Some(*volume), *cavities),
         _ => (None, 0.0),
@@ -141,7 +142,7 @@ pub fn compare(mesh: &TriangleMesh, pieces: &[Vec<Vec3>]) -> Option<Fit> {
 }
 
 /// Difference of the mass properties of hulls from those of the mesh.
-fn apart(of_mesh: &Inertia, pieces: &[Vec<Vec3>]) -> Option<(f64, f64)> {
+fn mass_differences(of_mesh: &Inertia, pieces: &[Vec<Vec3>]) -> Option<(f64, f64)> {
     let hull = |points: &Vec<Vec3>| Shape::Hull {
         points: points.iter().map(|p| p.to_array()).collect(),
         rounding: 0.0,

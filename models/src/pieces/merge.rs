@@ -72,13 +72,13 @@ struct Pair {
     excess: f64,
 }
 
-/// At most `most` pieces of the parts' points. `margin` is the largest distance of neighbours, m. `tell` is
+/// At most `most` pieces of the parts' points. `margin` is the largest distance of neighbours, m. `report` is
 /// called with the remaining number of pieces.
 pub(super) fn merge(
     parts: Vec<Vec<Vec3>>,
     most: usize,
     margin: f64,
-    tell: &mut dyn FnMut(usize),
+    report: &mut dyn FnMut(usize),
 ) -> Vec<Piece> {
     let mut pieces: Vec<Option<Piece>> =
         parts.into_iter().filter(|p| !p.is_empty()).map(|p| Some(Piece::new(p, None))).collect();
@@ -120,7 +120,7 @@ pub(super) fn merge(
         pairs.retain(|p| ![p.a, p.b].iter().any(|k| [a, b].contains(k)));
         (pieces[a], pieces[b]) = (joined, None);
         left -= 1;
-        tell(left);
+        report(left);
         pairs.extend((0..pieces.len()).filter(|&k| k != a).filter_map(|k| pair(&pieces, a, k, far)));
     }
     pieces.into_iter().flatten().collect()

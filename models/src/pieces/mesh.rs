@@ -47,7 +47,7 @@ pub enum Surface {
 const MAX_CHECKED: usize = 5_000_000;
 
 /// A connected part of a mesh.
-struct Part {
+struct MeshComponent {
     triangles: Vec<[u32; 3]>,
 }
 
@@ -168,7 +168,7 @@ impl TriangleMesh {
     }
 
     /// The parts of the mesh whose triangles share vertices, in the order of their first triangles.
-    fn connected(&self) -> Vec<Part> {
+    fn connected(&self) -> Vec<MeshComponent> {
         // Each vertex points to the first one of its part.
         let mut first: Vec<u32> = (0..self.vertices.len() as u32).collect();
         let find = |first: &mut [u32], mut v: u32| {
@@ -184,12 +184,12 @@ impl TriangleMesh {
             [a, b, c].into_iter().for_each(|v| first[v as usize] = least);
         }
         let mut place = vec![usize::MAX; self.vertices.len()];
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<MeshComponent> = Vec::new();
         for triangle in &self.triangles {
             let root = find(&mut first, triangle[0]) as usize;
             if place[root] == usize::MAX {
                 place[root] = parts.len();
-                parts.push(Part { triangles: Vec::new() });
+                parts.push(MeshComponent { triangles: Vec::new() });
             }
             parts[place[root]].triangles.push(*triangle);
         }
@@ -197,7 +197,7 @@ impl TriangleMesh {
     }
 
     /// Whether a part is within the others: its outermost point decides.
-    fn within_others(&self, parts: &[Part], k: usize) -> bool {
+    fn within_others(&self, parts: &[MeshComponent], k: usize) -> bool {
         let points = parts[k].triangles.iter().flatten().map(|&i| self.vertices[i as usize]);
         let Some(outermost) = points.max_by(|a, b| a.x.total_cmp(&b.x)) else { return false };
         let others = parts.iter().enumerate().filter(|(other, _)| *other != k);

@@ -20,7 +20,7 @@ use crate::shape::hull::few_points;
 
 /// Options of a decomposition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Options {
+pub struct DecompositionOptions {
     /// Largest number of pieces.
     pub pieces: u32,
     /// Voxels along the longest side.
@@ -58,8 +58,8 @@ const TRIES: usize = 8;
 /// is called.
 pub fn decompose(
     mesh: &TriangleMesh,
-    options: Options,
-    tell: &mut dyn FnMut(Stage),
+    options: DecompositionOptions,
+    report: &mut dyn FnMut(Stage),
 ) -> Result<Vec<Vec<Vec3>>, PiecesError> {
     let flat = || PiecesError::Flat { triangles: mesh.triangles.len() };
     let (low, high) = mesh.bounds();
@@ -68,7 +68,7 @@ pub fn decompose(
     if !(mesh.vertices.len() >= 4 && size.is_finite() && (high - low).min_element() > 1e-6 * size) {
         return Err(flat());
     }
-    tell(Stage::Cutting);
+    report(Stage::Cutting);
     let surface = mesh.surface();
     if let Surface::Closed { volume, cavities, .. } = surface
         && let Some(Surface::Closed { volume: of_hull, .. }) =
@@ -89,7 +89,7 @@ pub fn decompose(
     }
     let (parts, voxel_m) = cut?;
     let most = options.pieces.max(1) as usize;
-    let mut pieces = merge::merge(parts, most, voxel_m, &mut |left| tell(Stage::Joining(left)));
+    let mut pieces = merge::merge(parts, most, voxel_m, &mut |left| report(Stage::Joining(left)));
     pieces.sort_by(|a, b| b.volume.total_cmp(&a.volume));
     let mut out = Vec::new();
     out.extend(

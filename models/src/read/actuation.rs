@@ -15,8 +15,8 @@ use crate::hand::path::{Eyelets, MAX_DEGREE, MAX_POINTS, Table, TendonPath};
 use crate::hand::tendon::{TendonElement, TendonSettings};
 use crate::hand::{Motor, MotorNumbers, MotorSettings, Tendon, TendonNumbers};
 
-/// Motor for an actuator without entry in `hand.toml`: the 2016 manipulation challenge drove its SoftHand by
-/// σ times 7; the speed is that of this project's SoftHand.
+/// Motor for an actuator without an entry in `hand.toml`. Its scaling of 7 is that of the 2016 manipulation
+/// challenge's SoftHand; its speed is that of this project's SoftHand.
 fn default_motor() -> MotorSettings {
     MotorSettings::plain(7.0, 0.0, 2.0)
 }
@@ -27,8 +27,8 @@ fn default_tendon() -> TendonSettings {
     TendonSettings { stiffness: Some(300.0), force_limit: Some(2.0), ..TendonSettings::default() }
 }
 
-/// Motors and tendons: those of the URDF's transmissions in their order, then those that `hand.toml` alone names, by name. Problems are
-/// kept; a tendon with one is left out.
+/// Motors and tendons. Those of the URDF's transmissions come first, in their order; those that only `hand.toml` names follow, by name.
+/// Errors are kept, and a tendon with an error is left out.
 pub(crate) fn actuation(
     tree: &Urdf,
     reduced: &Reduced,
@@ -45,7 +45,7 @@ pub(crate) fn actuation(
         if tree.transmissions.iter().any(|transmission| transmission.name == *name) {
             continue;
         }
-        // Without a path it is reported with the names.
+        // The check of the names reports a tendon without a path.
         if !own.has_arms() {
             continue;
         }
@@ -137,7 +137,7 @@ fn check(tendon: &Tendon, arm: &dyn Fn(usize) -> String, at: &Report) {
     }
 }
 
-/// Keeps an error for a tendon with more force than a motor of it has.
+/// Keeps an error for a tendon whose largest force exceeds the stall force of one of its motors.
 fn check_stall(tendon: &Tendon, motors: &[Motor], at: &Report) {
     for &(motor, weight) in &tendon.motors {
         let motor = &motors[motor];
@@ -291,12 +291,12 @@ fn coordinate(tree: &Urdf, reduced: &Reduced, joint: &str, element: &str, report
     found
 }
 
-/// The error about a joint that is not there, or has no motion of its own.
+/// The error about a joint that does not exist, or has no motion of its own.
 pub(super) fn unknown_joint(joint: &str, element: &str, report: &Report) -> ModelError {
     report.bad(element, format!("names joint '{joint}'"), "joints that move and mimic no other")
 }
 
-/// A tendon names a motor that is not there.
+/// A tendon names a motor that does not exist.
 pub(super) fn unknown_motor(name: &str, element: &str, at: &Report) -> ModelError {
     at.bad(element, format!("names motor '{name}', which has no entry"), format!("a table [motors.{name}]"))
 }

@@ -15,8 +15,8 @@ use crate::{Pose, Vec3};
 /// Most joints of an arm that move.
 const MAX_JOINTS: usize = 16;
 
-/// Reads the arm in a URDF of `files`, from its root to the link `tip`; without one to the end of its only chain. Masses, meshes and other
-/// chains are not looked at. `element` names the field that names the file.
+/// Reads the arm in a URDF of `files`, from its root to the link `tip`; without `tip`, to the end of its only chain. It ignores masses, meshes
+/// and other chains. `element` is the field that names the file.
 ///
 /// # Errors
 /// The file, the joint or link, and what would be valid.

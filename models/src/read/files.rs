@@ -50,7 +50,7 @@ impl Files {
         Files::archive_with(file, bytes, limits, wanted)
     }
 
-    /// As [`Files::archive`], with those files whose paths are wanted.
+    /// As [`Files::archive`], with only the files whose paths are `wanted`.
     ///
     /// # Errors
     /// As [`Files::open_archive`].

@@ -1,4 +1,4 @@
-//! Files that are not what they are given as, recognised so that the error names the command that helps.
+//! Recognises files of another format than expected, so that the error names the command that helps.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::files::has_extension;
 use super::report::Report;
 use crate::error::ModelError;
 
-/// First line of what Git LFS keeps in a repository instead of a file.
+/// First line of the pointer that Git LFS keeps in a repository instead of a file.
 const LFS: &[u8] = b"version https://git-lfs.github.com/spec/";
 /// The command that makes a hand of other formats.
 const IMPORT: &str = "a URDF: `palmares hand import FILE --out my-hand/` writes one";

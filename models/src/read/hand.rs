@@ -135,8 +135,8 @@ fn examine_text(
     }
 }
 
-/// Reads a hand. What is wrong is kept in the reports where reading can go on; the result is then `None`, or not
-/// to be used.
+/// Reads a hand. Where reading can go on, the reports keep the errors; the result is then `None`, or must not
+/// be used.
 fn build(
     urdf: &str,
     settings: Option<&str>,
@@ -181,7 +181,7 @@ fn build(
     at.limit("linkages", "linkages", settings.linkages.len(), options.limits.tendons)?;
     let springs = springs::springs(&tree, &reduced, &settings, at);
     let linkages = springs::linkages(&tree, &reduced, &settings, at);
-    let apart = no_collision::pairs(&tree, &reduced, &settings, at);
+    let no_collision = no_collision::pairs(&tree, &reduced, &settings, at);
     let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
     at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
     at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
@@ -223,7 +223,7 @@ fn build(
     let pinned =
         hand.linkages.iter().map(|pin| [pin.links[0].min(pin.links[1]), pin.links[0].max(pin.links[1])]);
     hand.no_collision.extend(pinned);
-    hand.no_collision.extend(apart);
+    hand.no_collision.extend(no_collision);
     hand.no_collision.sort_unstable();
     hand.no_collision.dedup();
     hand.uncertain = uncertain::uncertain(&settings.uncertain, &hand, options.limits.number, at);
@@ -248,7 +248,7 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let mut report = Report::new(&urdf_file);
     let tree = tree::parse(&text, &options.limits, &mut report)?;
     let tree = tree.filter(|_| report.kept() == 0).ok_or_else(|| report.refusal())?;
-    // Settings name joints that would otherwise be dropped; links must have the numbers of the hand.
+    // A joint that the settings name is not dropped. So the links get the same numbers as in the hand.
     let settings: Settings =
         settings_of(&files, options)?.and_then(|(text, _)| toml::from_str(&text).ok()).unwrap_or_default();
     let root_from_base = start::root_from_base(&settings.base, &tree, &report).unwrap_or(Pose::IDENTITY);
@@ -327,7 +327,8 @@ fn check_names(settings: &Settings, tree: &Urdf, at: &Report) {
     check("motors", &settings.motors, motors.chain(servos).chain(free().filter(stated)), at);
 }
 
-/// Keeps an error for each name in the settings that is checked while the hand is built, for files of which none can be built.
+/// Keeps an error for each unknown name in the settings that building the hand would report. It is for files of which no hand can be
+/// built.
 fn check_further_names(settings: &Settings, tree: &Urdf, at: &Report) {
     let free =
         |name: &str| tree.robot.joints.iter().any(|j| j.name == *name && j.joint_type != JointType::Fixed);
@@ -357,10 +358,11 @@ fn check_further_names(settings: &Settings, tree: &Urdf, at: &Report) {
     let pins = settings.linkages.iter();
     let pins =
         pins.flat_map(|(pin, own)| own.links.iter().map(move |link| (format!("[linkages.{pin}]"), link)));
-    let apart = settings.no_collision.iter().flatten().map(|link| ("no_collision".to_owned(), link));
+    let no_collision_names =
+        settings.no_collision.iter().flatten().map(|link| ("no_collision".to_owned(), link));
     let touch = settings.tactile.iter().map(|group| (format!("tactile '{}'", group.name), &group.link));
     let known = |name: &String| tree.robot.links.iter().any(|link| link.name == *name);
-    for (element, link) in pins.chain(apart).chain(touch).filter(|(_, link)| !known(link)) {
+    for (element, link) in pins.chain(no_collision_names).chain(touch).filter(|(_, link)| !known(link)) {
         at.keep::<()>(Err(unknown_link(link, &element, at)));
     }
 }

@@ -107,7 +107,7 @@ fn hollow(mesh: &TriangleMesh, hull_volume: f64, vertices: &[Vec3], faces: &[[u3
     };
     (filled > DEEP * (high - low).max_element()).then(|| {
         format!(
-            "it {why}, so that its volume cannot be told, and its convex hull of {} stands up to {:.1} mm off its surface",
+            "it {why}, so that its volume is unknown, and its convex hull of {} stands up to {:.1} mm off its surface",
             cubic_cm(hull_volume),
             filled * 1e3
         )

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use serde::Deserialize;
 
-use super::parts::{MAX_EXTENT_M, MAX_MASS_KG, MAX_PARTS, Part};
+use super::parts::{MAX_EXTENT_M, MAX_MASS_KG, MAX_PARTS, ObjectPart};
 use super::report::Report;
 use crate::catalogue::{Catalogue, Item};
 use crate::error::ModelError;
@@ -38,7 +38,7 @@ struct Entry {
     #[serde(default)]
     torsional_friction: f64,
     color: [f64; 3],
-    parts: Vec<Part>,
+    parts: Vec<ObjectPart>,
     #[serde(default)]
     note: String,
 }

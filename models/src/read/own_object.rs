@@ -8,7 +8,7 @@ use super::files::Files;
 use super::hollow::MeshOf;
 use super::mesh::MeshReader;
 use super::options::LoadOptions;
-use super::parts::{MAX_EXTENT_M, MAX_FRICTION, MAX_MASS_KG, MAX_PARTS, Part, place};
+use super::parts::{MAX_EXTENT_M, MAX_FRICTION, MAX_MASS_KG, MAX_PARTS, ObjectPart, place};
 use super::report::Report;
 use super::settings::{LinkSettings, Settings};
 use super::urdf::link::LinkReader;
@@ -27,7 +27,7 @@ pub struct OwnObject {
     /// Source of shape and figures, and their owner: author, licence, measured or chosen.
     pub source: String,
     #[serde(default)]
-    parts: Vec<Part>,
+    parts: Vec<ObjectPart>,
     /// kg, spread evenly over the parts.
     mass: Option<f64>,
     /// A URDF of one link, next to the task: its collision geometry and its inertial.
@@ -129,7 +129,7 @@ impl OwnObject {
                 at.bad(&element, problem, "finite sizes in m, angles in rad, points that span a volume")
             };
             match part {
-                Part::Mesh { file, scale, rounding, at: position, rpy } => {
+                ObjectPart::Mesh { file, scale, rounding, at: position, rpy } => {
                     let pose = place(position, rpy).map_err(bad)?;
                     let scale = crate::Vec3::from_array(*scale);
                     let hull = meshes.hull(file, scale, *rounding, &element, &at)?;

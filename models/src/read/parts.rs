@@ -17,7 +17,7 @@ pub(super) const MAX_PARTS: usize = 64;
 /// A part in a file: full sizes, m; angles, rad.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "shape", rename_all = "snake_case", deny_unknown_fields)]
-pub(super) enum Part {
+pub(super) enum ObjectPart {
     Sphere {
         radius: f64,
         #[serde(default)]
@@ -102,22 +102,22 @@ pub(super) fn place(at: &[f64; 3], rpy: &[f64; 3]) -> Result<Pose, String> {
     }
 }
 
-impl Part {
+impl ObjectPart {
     /// Poses and shapes, or the problem. A mesh is not allowed here.
     pub(super) fn solids(&self) -> Result<Vec<(Pose, Shape)>, String> {
         Ok(match self {
-            Part::Sphere { radius, at, rpy } => {
+            ObjectPart::Sphere { radius, at, rpy } => {
                 vec![(place(at, rpy)?, Shape::Sphere { radius: *radius })]
             }
-            Part::Box { size, at, rpy } => {
+            ObjectPart::Box { size, at, rpy } => {
                 let half_extents = size.map(|x| 0.5 * x);
                 vec![(place(at, rpy)?, Shape::Box { half_extents, rounding: 0.0 })]
             }
-            Part::Cylinder { radius, height, at, rpy } => {
+            ObjectPart::Cylinder { radius, height, at, rpy } => {
                 let shape = Shape::Cylinder { radius: *radius, half_length: 0.5 * height };
                 vec![(place(at, rpy)?, shape)]
             }
-            Part::Capsule { radius, ends: [a, b], at, rpy } => {
+            ObjectPart::Capsule { radius, ends: [a, b], at, rpy } => {
                 let _ = (place(a, &[0.0; 3])?, place(b, &[0.0; 3])?);
                 let (a, b) = (Vec3::from_array(*a), Vec3::from_array(*b));
                 let along = b - a;
@@ -128,10 +128,10 @@ impl Part {
                 let shape = Shape::Capsule { radius: *radius, half_length: 0.5 * length };
                 let own = Pose::from_parts((a + b) * 0.5, from_z_to(along / length));
                 let placed = place(at, rpy)?;
-                // Unplaced it keeps its bits.
+                // A capsule without a pose keeps its bits.
                 vec![(if placed == Pose::IDENTITY { own } else { placed * own }, shape)]
             }
-            Part::Wall { sides, bottom, top, height, thickness, at, rpy } => {
+            ObjectPart::Wall { sides, bottom, top, height, thickness, at, rpy } => {
                 if !(3..=MAX_PARTS).contains(sides) {
                     return Err(format!("sides = {sides}; 3 to {MAX_PARTS} are possible"));
                 }
@@ -142,7 +142,7 @@ impl Part {
                 }
                 wall(*sides, *bottom, *top, *height, *thickness, place(at, rpy)?)
             }
-            Part::Hull { points, at, rpy } => {
+            ObjectPart::Hull { points, at, rpy } => {
                 if !(4..=MAX_POINTS).contains(&points.len()) || !points.iter().all(|p| finite(p)) {
                     return Err(format!(
                         "it has {} points; 4 to {MAX_POINTS} finite ones are possible",
@@ -151,7 +151,9 @@ impl Part {
                 }
                 vec![(place(at, rpy)?, Shape::Hull { points: points.clone(), rounding: 0.0 })]
             }
-            Part::Mesh { file, .. } => return Err(format!("it names mesh '{file}', but has no folder")),
+            ObjectPart::Mesh { file, .. } => {
+                return Err(format!("it names mesh '{file}', but has no folder"));
+            }
         })
     }
 }
@@ -171,12 +173,12 @@ fn wall(sides: usize, bottom: f64, top: f64, height: f64, thickness: f64, at: Po
     let step = core::f64::consts::TAU / sides as f64;
     let lean = libm::atan2(top - bottom, height);
     let slant = libm::sqrt(height * height + (top - bottom) * (top - bottom));
-    // As wide as the outer polygon's side halfway up.
+    // The slab is as wide as the outer polygon's side halfway up.
     let middle = 0.5 * (bottom + top);
     let half_width = middle * libm::tan(0.5 * step);
     let half_extents = [0.5 * thickness, half_width, 0.5 * slant];
     let (s, c) = libm::sincos(lean);
-    // From the middle of the outer face inwards by half the thickness.
+    // Its middle lies behind the middle of the outer face, by half the thickness.
     let slab = Vec3::new(middle - 0.5 * thickness * c, 0.0, 0.5 * height + 0.5 * thickness * s);
     (0..sides)
         .map(|k| {
@@ -204,8 +206,9 @@ mod tests {
             "shape = 'wall'\nsides = 5\nbottom = 0.04\ntop = 0.05\nheight = 0.1\nthickness = 0.004",
             "shape = 'hull'\npoints = [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 0.01]]",
         ] {
-            let solids =
-                |place: &str| toml::from_str::<Part>(&format!("{shape}\n{place}")).unwrap().solids().unwrap();
+            let solids = |place: &str| {
+                toml::from_str::<ObjectPart>(&format!("{shape}\n{place}")).unwrap().solids().unwrap()
+            };
             let moved = solids("at = [0.1, 0.0, 0.0]\nrpy = [0.0, 0.0, 1.5707963267948966]");
             let by = place(&[0.1, 0.0, 0.0], &[0.0, 0.0, core::f64::consts::FRAC_PI_2]).unwrap();
             for ((plain, a), (found, b)) in solids("").iter().zip(&moved) {

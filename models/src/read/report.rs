@@ -46,7 +46,7 @@ impl Report {
         Refused { errors: self.take_errors(), warnings: Vec::new() }.into_error()
     }
 
-    /// The kept errors, which it gives away.
+    /// Takes the kept errors out of the report.
     pub(crate) fn take_errors(&self) -> Vec<ModelError> {
         self.errors.take()
     }

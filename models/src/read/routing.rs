@@ -1,4 +1,4 @@
-//! The way of a cable over its joints, and what it rubs on, from `hand.toml`.
+//! The way of a cable over its joints, and the guides that it rubs on, from `hand.toml`.
 
 use super::report::Report;
 use super::urdf::reduce::Reduced;

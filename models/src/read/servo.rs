@@ -1,4 +1,4 @@
-//! Servo drives: one motor a joint that holds the joint's position.
+//! Servo drives: each joint has one motor, which holds its position.
 //!
 //! σ from 0 to 1 is the range of the joint. The drive is a tendon with R = 1 that pushes as well as it pulls. A servo
 //! comes from a `SimpleTransmission` of the URDF, or from `servo_joints` or `[servos.JOINT]` in `hand.toml`.
@@ -66,7 +66,7 @@ pub(crate) fn add(
         let motor = if taken { name } else { actuator };
         let scaling = to - from;
         let stated = settings.motors.get(motor);
-        // A range far from 0 counts from its first end: the offset would be many ranges.
+        // A range far from 0 counts from its first end: otherwise the offset would be many times the range.
         let far = stated.is_none() && from.abs() > scaling.abs();
         let offset = if far { 0.0 } else { -from / scaling };
         let of_joint = MotorSettings::plain(scaling, offset, velocity / scaling.abs());

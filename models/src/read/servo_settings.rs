@@ -43,7 +43,7 @@ impl Field for ServoRange {
 pub(crate) enum ServoJoints {
     /// `"all"`: each that no tendon pulls.
     Word(String),
-    /// Those of these names.
+    /// The joints of these names.
     Names(Vec<String>),
 }
 

@@ -73,9 +73,9 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// Keeps an error for each number that is missing, not finite, absurdly large or out of its range. Returns whether there is none:
-    /// otherwise the hand is not built. Links are read all the same, so that their meshes are checked in the same run; an invalid table
-    /// of a link or the base is then as if it were not there.
+    /// Keeps an error for each number that is missing, not finite, absurdly large or out of its range. Returns whether all are valid:
+    /// only then is the hand built. Links are read in either case, so that the same run checks their meshes; it ignores an invalid table
+    /// of a link or of the base.
     pub(crate) fn check(&mut self, limits: &Limits, at: &Report) -> bool {
         let before = at.kept();
         let friction = Number { bounds: Bounds::NotNegative, ..Number::OF_TABLE };
@@ -148,7 +148,7 @@ impl Settings {
 /// Largest modulus, Pa: diamond has 1.2e12.
 const MAX_MODULUS: f64 = 1e13;
 
-/// Keeps an error for each invalid number of a table, of the numbers of one list for the first. Returns whether there is none.
+/// Keeps an error for each invalid number of a table, but only for the first of a list. Returns whether all are valid.
 fn check(element: &str, table: &impl Table, limits: &Limits, at: &Report) -> bool {
     let mut wrong: Vec<String> = Vec::new();
     table.visit(&mut |number, name, value| {

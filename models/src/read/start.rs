@@ -46,7 +46,7 @@ pub(crate) fn root_from_base(base: &BaseSettings, tree: &Urdf, at: &Report) -> R
 /// A start may be beyond a limit by the rounding of its file, rad (m).
 const BEYOND_LIMIT: f64 = 1e-6;
 
-/// How the hand begins. Problems are kept. Without `[start]`, each servo begins where its joint's spring rests.
+/// The start of the hand. Errors are kept. Without `[start]`, each servo begins where its joint's spring rests.
 pub(crate) fn start(
     settings: &Settings,
     coordinates: &[Coordinate],
@@ -106,7 +106,7 @@ pub(crate) fn start(
     }
 }
 
-/// The coordinate whose position a motor holds, if it is a servo, and the position at which it has wound nothing.
+/// The coordinate that the motor of a servo holds, and the position at which it has wound nothing; `None` for other motors.
 fn servo_of(motor: usize, tendons: &[Tendon]) -> Option<(usize, f64)> {
     let mut own = tendons.iter().filter(|tendon| tendon.motors.iter().any(|(m, _)| *m == motor));
     match (own.next(), own.next()) {

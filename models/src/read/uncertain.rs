@@ -22,7 +22,7 @@ pub(crate) struct UncertainSettings {
     /// Range of the number itself.
     #[serde(default, deserialize_with = "crate::exact::optional")]
     value: Option<[f64; 2]>,
-    /// Names of those that have the quantity, if it is not all of them.
+    /// Names of the parts that have the quantity, if not all of them have it.
     links: Option<Vec<String>>,
     joints: Option<Vec<String>>,
     motors: Option<Vec<String>>,
@@ -94,7 +94,7 @@ fn entry(
     Ok(Uncertain { name: name.to_owned(), of, on, everywhere, range })
 }
 
-/// Indices of what has the quantity, and whether these are all.
+/// Indices of the parts that have the quantity, and whether these are all.
 fn members(
     name: &str,
     own: &UncertainSettings,

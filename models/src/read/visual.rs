@@ -44,16 +44,16 @@ pub(super) fn visuals(
     limits: &Limits,
 ) -> Vec<Visual> {
     let mut left = MAX_TRIANGLES;
-    let mut seen = Vec::new();
+    let mut visuals = Vec::new();
     for (link, into) in urdf.robot.links.iter().zip(merged_into) {
         let Some((index, link_from_urdf)) = *into else { continue };
         for visual in link.visual.iter().take(limits.link_shapes) {
             let Some(look) = look(&visual.geometry, files, limits, &mut left) else { continue };
             let link_from_visual = link_from_urdf * pose(&visual.origin);
-            seen.push(Visual { link: index, link_from_visual, look });
+            visuals.push(Visual { link: index, link_from_visual, look });
         }
     }
-    seen
+    visuals
 }
 
 fn look(geometry: &Geometry, files: &Files, limits: &Limits, left: &mut usize) -> Option<Look> {

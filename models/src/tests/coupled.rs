@@ -74,7 +74,7 @@ fn stated_pairs_never_touch() {
 }
 
 #[test]
-fn a_pin_that_cannot_close_is_told() {
+fn a_pin_that_cannot_close_is_reported() {
     let warnings = |y: f64| {
         let toml = format!("[linkages.pin]\nlinks = ['one', 'tip']\npoints = [[0, {y}, 0], [0, 0.01, 0]]\n");
         let settings = Some((Path::new("hand.toml"), toml.as_str()));

@@ -93,9 +93,9 @@ fn trees_that_are_none() {
     fails(&urdf(LIMIT, LIMIT, &third("base", "two", "c")), None, &["link 'two'", "child of two joints"]);
     fails(&urdf(LIMIT, LIMIT, &third("two", "base", "c")), None, &["0 links are no joint's child"]);
     fails(&urdf(LIMIT, LIMIT, &third("two", "elsewhere", "c")), None, &["joint 'c'", "link 'elsewhere'"]);
-    let loop_apart =
+    let separate_loop =
         format!("<link name='x'/><link name='y'/>{}{}", third("x", "y", "c"), third("y", "x", "d"));
-    fails(&urdf(LIMIT, LIMIT, &loop_apart), None, &["2 links form a loop"]);
+    fails(&urdf(LIMIT, LIMIT, &separate_loop), None, &["2 links form a loop"]);
     fails(&urdf(LIMIT, LIMIT, &third("two", "one", "a")), None, &["joint 'a'", "appears twice"]);
 }
 

@@ -6,7 +6,7 @@ use super::meshes::{Corners, cells, cup, ell, inside_out, mug, stl, torus, turne
 use crate::Vec3;
 use crate::error::{LoadWarning, ModelError};
 use crate::object::Object;
-use crate::pieces::{Options, TriangleMesh, compare, decompose};
+use crate::pieces::{DecompositionOptions, TriangleMesh, compare, decompose};
 use crate::read::{self, Files, LoadOptions, OwnObject, tells_of_filled_hollows};
 use crate::shape::Shape;
 
@@ -27,15 +27,15 @@ fn object(parts: &str, meshes: &[(String, Vec<u8>)]) -> Result<(Object, Vec<Load
 }
 
 /// Notes about one mesh.
-fn told(corners: &Corners, more: &str) -> Vec<String> {
+fn warnings_of(corners: &Corners, more: &str) -> Vec<String> {
     let part = format!("{{ shape = \"mesh\", file = \"a.stl\"{more} }}");
     let (_, warnings) = object(&part, &[("a.stl".to_owned(), stl(corners))]).unwrap();
     warnings.iter().map(ToString::to_string).collect()
 }
 
 #[test]
-fn a_hull_that_fills_hollows_is_told_with_both_volumes_and_the_command() {
-    let [warning] = &told(&torus(0.04, 0.01, 64), "")[..] else { panic!("one warning") };
+fn a_hull_that_fills_hollows_is_reported_with_both_volumes_and_the_command() {
+    let [warning] = &warnings_of(&torus(0.04, 0.01, 64), "")[..] else { panic!("one warning") };
     assert!(
         warning.starts_with("task.toml: objects.own `thing`: part 0: mesh 'a.stl': its convex hull has "),
         "{warning}"
@@ -49,12 +49,12 @@ fn a_hull_that_fills_hollows_is_told_with_both_volumes_and_the_command() {
         "{warning}"
     );
     for hollow in [mug(), cup(0.04, 0.09, 0.004, 32), ell(), inside_out(&ell())] {
-        let warnings = told(&hollow, "");
+        let warnings = warnings_of(&hollow, "");
         assert!(warnings.len() == 1 && warnings[0].contains("times its volume ("), "{warnings:?}");
     }
     // In millimetres, too.
     let large: Corners = ell().iter().map(|t| t.map(|p| p * 1e3)).collect();
-    let warnings = told(&large, ", scale = [0.001, 0.001, 0.001]");
+    let warnings = warnings_of(&large, ", scale = [0.001, 0.001, 0.001]");
     assert!(warnings[0].contains("1.2 times its volume (28.0 cm³ for 24.0 cm³)"), "{warnings:?}");
 }
 
@@ -71,44 +71,44 @@ fn convex_meshes_are_not_worth_a_word_however_they_are_made() {
     let mut open = ball.clone();
     open.remove(500);
     for convex in [cube.clone(), open, twisted, inside_out(&cube), ball] {
-        assert_eq!(told(&convex, ""), Vec::<String>::new());
+        assert_eq!(warnings_of(&convex, ""), Vec::<String>::new());
     }
     // A cavity is not visible from outside.
     let inner: Corners = inside_out(&cells(0.03, &|_| true, 1));
     let shell: Corners =
         cube.into_iter().chain(inner.into_iter().map(|t| t.map(|p| p + Vec3::splat(0.01)))).collect();
-    assert_eq!(told(&shell, ""), Vec::<String>::new());
+    assert_eq!(warnings_of(&shell, ""), Vec::<String>::new());
 }
 
 #[test]
-fn a_hollow_mesh_that_is_not_closed_is_told_by_how_far_its_hull_is_off() {
+fn a_hollow_mesh_that_is_not_closed_is_reported_with_the_error_of_its_hull() {
     let mut open = cup(0.04, 0.09, 0.004, 32);
     open.pop();
-    let [warning] = &told(&open, "")[..] else { panic!("one warning") };
+    let [warning] = &warnings_of(&open, "")[..] else { panic!("one warning") };
     assert!(
         warning.contains(
-            "it is not closed (3 open edges), so that its volume cannot be told, and its convex hull of 449"
+            "it is not closed (3 open edges), so that its volume is unknown, and its convex hull of 449"
         ) && warning.contains(" cm³ stands up to 34.3 mm off its surface")
             && warning.contains("holes and hollows are filled"),
         "{warning}"
     );
     let mut twisted = ell();
     twisted[0].swap(0, 1);
-    let warnings = told(&twisted, "");
+    let warnings = warnings_of(&twisted, "");
     assert!(warnings[0].contains("triangles that face opposite sides (3 edges)"), "{warnings:?}");
 }
 
 #[test]
-fn points_that_lose_much_of_a_hull_are_told() {
+fn points_that_lose_much_of_a_hull_are_reported() {
     // A needle: rounding its tip takes centimetres.
     let needle = turned(&[[0.0, 0.0], [0.01, 0.0], [0.0, 0.2]], 24);
-    let warnings = told(&needle, "");
+    let warnings = warnings_of(&needle, "");
     assert!(
         warnings.len() == 1 && warnings[0].contains("points are kept, with edges rounded: "),
         "{warnings:?}"
     );
     assert!(warnings[0].contains("% of the hull's volume is lost, and corners up to "), "{warnings:?}");
-    assert_eq!(told(&needle, ", rounding = 0.0"), Vec::<String>::new());
+    assert_eq!(warnings_of(&needle, ", rounding = 0.0"), Vec::<String>::new());
 }
 
 #[test]
@@ -132,10 +132,11 @@ fn rounding_is_bounded_and_0_keeps_the_corners() {
 }
 
 #[test]
-fn an_object_of_pieces_has_mass_properties_within_the_error_that_was_told() {
+fn an_object_of_pieces_has_mass_properties_within_the_reported_error() {
     for corners in [torus(0.04, 0.01, 48), mug(), ell(), inside_out(&ell())] {
         let mesh = TriangleMesh::new(&corners);
-        let pieces = decompose(&mesh, Options { pieces: 32, resolution: 48 }, &mut |_| ()).unwrap();
+        let pieces =
+            decompose(&mesh, DecompositionOptions { pieces: 32, resolution: 48 }, &mut |_| ()).unwrap();
         let fit = compare(&mesh, &pieces).unwrap();
         let (mut parts, mut meshes) = (String::new(), Vec::new());
         for (k, points) in pieces.iter().enumerate() {
@@ -157,7 +158,7 @@ fn an_object_of_pieces_has_mass_properties_within_the_error_that_was_told() {
 }
 
 #[test]
-fn a_link_of_a_hand_is_told_of_its_own_command_and_can_keep_corners() {
+fn a_warning_for_a_link_names_its_own_command_and_corners_can_be_kept() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("palm.stl"), stl(&ell())).unwrap();
     let urdf = r#"<robot name="r"><link name="palm">
@@ -185,11 +186,11 @@ fn a_link_of_a_hand_is_told_of_its_own_command_and_can_keep_corners() {
     assert_eq!(rounding(""), 2e-3);
     assert_eq!(rounding("[links.palm]\nmesh_rounding = 0.0\n"), 0.0);
     assert_eq!(rounding("[links.palm]\nmesh_rounding = 0.001\nrounding = 0.01\n"), 1e-3);
-    for (settings, told) in [
+    for (settings, expected) in [
         ("[links.palm]\nmesh_rounding = -1.0\n", "hand.toml: [links.palm]: has mesh_rounding -1"),
         ("[links.palm]\nmesh_rounding = 1.0\n", "hand.urdf: link 'palm': mesh 'palm.stl' has rounding 1"),
     ] {
         let error = load(settings).unwrap_err().to_string();
-        assert!(error.contains(told), "{error}");
+        assert!(error.contains(expected), "{error}");
     }
 }

@@ -59,7 +59,7 @@ fn a_pad_counts_in_the_hash_and_a_hand_without_is_as_before() {
 
 #[test]
 fn pads_that_are_none_are_refused() {
-    for (settings, told) in [
+    for (settings, expected) in [
         ("pad = { modulus = 0 }", "[links.tip]: has pad.modulus 0; valid: pad.modulus of more than 0"),
         ("pad = { thickness = -0.001, modulus = 1e5 }", "[links.tip]: has pad.thickness -0.001"),
         ("pad = { thickness = nan, modulus = 1e5 }", "pad.thickness NaN"),
@@ -68,6 +68,6 @@ fn pads_that_are_none_are_refused() {
         ("pad = { modulus = 1e5, radius = 1 }", "radius"),
     ] {
         let error = hand(&format!("[links.tip]\n{settings}\n")).expect_err(settings);
-        assert!(error.contains(told), "{settings}: {error}");
+        assert!(error.contains(expected), "{settings}: {error}");
     }
 }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::meshes::{Corners, cells, cup, ell, inside_out, mug, torus};
 use crate::Vec3;
-use crate::pieces::{Fit, Options, PiecesError, Surface, TriangleMesh, compare, decompose};
+use crate::pieces::{DecompositionOptions, Fit, PiecesError, Surface, TriangleMesh, compare, decompose};
 use crate::read::Limits;
 use crate::read::report::Report;
 use crate::read::stl;
@@ -14,9 +14,9 @@ use crate::shape::Shape;
 use crate::shape::hull::sharp_hull;
 
 /// Coarser than the command's: tests are compiled with little optimisation.
-const COARSE: Options = Options { pieces: 16, resolution: 40 };
+const COARSE: DecompositionOptions = DecompositionOptions { pieces: 16, resolution: 40 };
 
-fn pieces(corners: &Corners, options: Options) -> (Vec<Vec<Vec3>>, Fit) {
+fn pieces(corners: &Corners, options: DecompositionOptions) -> (Vec<Vec<Vec3>>, Fit) {
     let mesh = TriangleMesh::new(corners);
     let pieces = decompose(&mesh, options, &mut |_| ()).unwrap();
     assert!(pieces.len() <= options.pieces as usize, "{}", pieces.len());
@@ -126,7 +126,7 @@ fn a_torus_keeps_its_hole() {
 
 #[test]
 fn a_mug_stays_hollow_and_keeps_its_handle() {
-    let (pieces, fit) = pieces(&mug(), Options { pieces: 24, resolution: 64 });
+    let (pieces, fit) = pieces(&mug(), DecompositionOptions { pieces: 24, resolution: 64 });
     let error = fit.volume_error().unwrap();
     assert!(error.abs() < 0.2 && fit.gap() < 5e-3, "{error} {fit:?}");
     let inside = |p: Vec3| {
@@ -142,7 +142,7 @@ fn a_mug_stays_hollow_and_keeps_its_handle() {
 
 #[test]
 fn an_ell_is_two_boxes() {
-    let (pieces, fit) = pieces(&ell(), Options { pieces: 16, resolution: 100 });
+    let (pieces, fit) = pieces(&ell(), DecompositionOptions { pieces: 16, resolution: 100 });
     assert_eq!(pieces.len(), 2, "{pieces:?}");
     assert!(fit.volume_error().unwrap().abs() < 0.01 && fit.gap() < 1e-3, "{fit:?}");
     assert!(fit.overlap_volume < 0.01 * fit.pieces_volume, "{fit:?}");
@@ -182,10 +182,10 @@ fn what_has_no_inside_or_no_volume_is_refused() {
     let mut bowl = cup(0.04, 0.09, 0.004, 32);
     // Without its outer wall.
     bowl.retain(|t| !t.iter().all(|p| (p.x.hypot(p.y) - 0.04).abs() < 1e-9));
-    let told = try_it(&bowl);
-    let PiecesError::Leaks { edges, voxel_m } = told else { panic!("{told:?}") };
-    assert!(edges == 64 && voxel_m > 1e-3, "{told}");
-    assert!(told.to_string().contains("not closed: 64 edges"), "{told}");
+    let error = try_it(&bowl);
+    let PiecesError::Leaks { edges, voxel_m } = error else { panic!("{error:?}") };
+    assert!(edges == 64 && voxel_m > 1e-3, "{error}");
+    assert!(error.to_string().contains("not closed: 64 edges"), "{error}");
     let flat: Corners =
         cells(0.03, &|_| true, 1).iter().map(|t| t.map(|p| p * Vec3::new(1.0, 1.0, 0.0))).collect();
     // Five sides of a box, each twice.
@@ -193,15 +193,16 @@ fn what_has_no_inside_or_no_volume_is_refused() {
     tray.extend(inside_out(&tray));
     assert_eq!(try_it(&tray), PiecesError::Sheet);
     for corners in [vec![], vec![[Vec3::ZERO; 3]], vec![[Vec3::X, Vec3::Y, Vec3::Z]], flat] {
-        let told = try_it(&corners);
-        assert!(matches!(told, PiecesError::Flat { .. }), "{told}");
+        let error = try_it(&corners);
+        assert!(matches!(error, PiecesError::Flat { .. }), "{error}");
     }
 }
 
 /// At 100 voxels the library panics on this cup.
 #[test]
 fn where_the_library_gives_up_other_voxels_do() {
-    let (pieces, fit) = pieces(&cup(0.04, 0.09, 0.004, 48), Options { pieces: 32, resolution: 100 });
+    let (pieces, fit) =
+        pieces(&cup(0.04, 0.09, 0.004, 48), DecompositionOptions { pieces: 32, resolution: 100 });
     assert!(pieces.len() > 8 && fit.volume_error().unwrap() < 0.15 && fit.gap() < 5e-3, "{fit:?}");
 }
 
@@ -260,7 +261,7 @@ proptest! {
         let expected = count as f64 * 1e-6;
         let Surface::Closed { volume, .. } = mesh.surface() else { panic!("{:?}", mesh.surface()) };
         prop_assert!((volume - expected).abs() < 1e-15);
-        let options = Options { pieces: 27, resolution: 32 };
+        let options = DecompositionOptions { pieces: 27, resolution: 32 };
         let found = decompose(&mesh, options, &mut |_| ()).unwrap();
         let fit = compare(&mesh, &found).unwrap();
         let hull = compare(&mesh, std::slice::from_ref(&mesh.vertices)).unwrap();

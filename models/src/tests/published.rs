@@ -53,16 +53,16 @@ fn fails(urdf: &str, parts: &[&str]) {
 #[test]
 fn elements_may_be_in_any_order_and_those_that_are_not_used_may_have_any_content() {
     let plain = read(&urdf()).unwrap().hand.content_hash();
-    let seen = r#"<visual><geometry><box size="1 1 1"/></geometry><material><color/></material></visual>"#;
+    let visual = r#"<visual><geometry><box size="1 1 1"/></geometry><material><color/></material></visual>"#;
     let (inertial, collision) = BODY.split_once("</inertial>").unwrap();
     let second = collision.replace("0.02 0.02 0.04", "0.01 0.01 0.01");
     for order in [
-        format!("{seen}{BODY}{seen}"),
-        format!("{collision}{seen}{inertial}</inertial>{seen}<gazebo><a/></gazebo>"),
+        format!("{visual}{BODY}{visual}"),
+        format!("{collision}{visual}{inertial}</inertial>{visual}<gazebo><a/></gazebo>"),
     ] {
         assert_eq!(read(&with(BODY, &order)).unwrap().hand.content_hash(), plain);
     }
-    let split = with(BODY, &format!("{collision}{seen}{second}{inertial}</inertial>"));
+    let split = with(BODY, &format!("{collision}{visual}{second}{inertial}</inertial>"));
     assert_eq!(read(&split).unwrap().hand.links[0].geoms.len(), 2);
     let more = with("<dynamics", r#"<safety_controller/><calibration rising="x"/><dynamics"#);
     assert_eq!(read(&more).unwrap().hand.content_hash(), plain);
@@ -110,7 +110,7 @@ fn a_binary_stl_may_begin_as_a_text() {
     let mut plain = stl.clone();
     plain[..5].fill(0);
     assert_eq!(load(&plain).unwrap(), hash);
-    // Of another size it is neither.
+    // A file of another size is neither.
     stl.truncate(stl.len() - 50);
     assert!(load(&stl).unwrap_err().to_string().contains("not valid STL"));
 }

@@ -82,7 +82,7 @@ fn a_simple_transmission_is_a_servo_over_the_range_of_its_joint() {
     // The joint begins at 0 rad.
     near(hand.start.sigma_of(0), 0.25);
     assert!(warnings.iter().all(|w| !w.message.contains("no spring") || !w.element.contains("'a'")));
-    // What no servo can be.
+    // Joints that cannot be servos.
     let none = ["none", "c", "mount"].map(|joint| simple(joint, joint, "m")).concat();
     let Loaded { hand, warnings, .. } = read(&urdf(&none), "").unwrap();
     assert!(hand.motors.is_empty());

@@ -123,7 +123,7 @@ fn a_cable_rubs_within_its_range() {
     assert_eq!(own.drawn(&[Some(0.0)]).unwrap().friction_places(), 0);
     let twice = rubbing("tendon_friction = { factor = [0.5, 2.0] }").unwrap();
     assert_eq!(coefficients(&twice.drawn(&[Some(2.0)]).unwrap()), [0.2; 19]);
-    for (hand, told) in [
+    for (hand, expected) in [
         (rubbing("tendon_friction = { value = [-0.1, 0.2] }"), "has value [-0.1, 0.2]"),
         (
             rubbing("tendon_friction = { value = [0.0, 2.0] }"),
@@ -134,8 +134,8 @@ fn a_cable_rubs_within_its_range() {
             "is of tendon_friction, and the hand has none",
         ),
     ] {
-        let error = hand.expect_err(told);
-        assert!(error.contains(told), "{error}");
+        let error = hand.expect_err(expected);
+        assert!(error.contains(expected), "{error}");
     }
 }
 
@@ -176,20 +176,20 @@ fn parts_of_a_range() {
 #[test]
 fn numbers_outside_of_their_ranges_are_refused() {
     let hand = hand("reflex", "friction = { factor = [0.9, 1.1] }").unwrap();
-    for (numbers, told) in [
+    for (numbers, expected) in [
         (&[][..], "0 numbers for 1"),
         (&[Some(1.2)], "friction 1.2 is not from 0.9 to 1.1"),
         (&[Some(f64::NAN)], "NaN"),
     ] {
-        let error = hand.drawn(numbers).expect_err(told).to_string();
-        assert!(error.contains(told), "{error}");
+        let error = hand.drawn(numbers).expect_err(expected).to_string();
+        assert!(error.contains(expected), "{error}");
     }
 }
 
 #[test]
 fn entries_that_are_none_are_refused() {
     let known = HandQuantity::ALL.iter().map(|of| of.name()).collect::<Vec<_>>().join(", ");
-    for (entries, told) in [
+    for (entries, expected) in [
         ("friction = { factor = [1.1, 1.2] }", "[uncertain] friction: has factor [1.1, 1.2]"),
         ("friction = { factor = [0.9, 11] }", "high from 1 to 10"),
         ("friction = { factor = [nan, 2] }", "has factor [NaN, 2]"),
@@ -222,6 +222,6 @@ fn entries_that_are_none_are_refused() {
         ),
     ] {
         let error = hand("reflex", entries).expect_err(entries);
-        assert!(error.contains(told), "{entries}: {error}");
+        assert!(error.contains(expected), "{entries}: {error}");
     }
 }

@@ -29,8 +29,8 @@ fn parts_stand_on_the_links_that_the_hand_has_and_what_cannot_be_read_is_left_ou
     fs::create_dir(folder.path().join("meshes")).unwrap();
     fs::write(folder.path().join("hand.urdf"), URDF).unwrap();
     fs::write(folder.path().join("meshes/cover.stl"), STL).unwrap();
-    let seen = read::visuals(Files::Folder(folder.path().to_owned()), &LoadOptions::default()).unwrap();
-    let [block, cover] = &seen[..] else { panic!("{seen:?}") };
+    let visuals = read::visuals(Files::Folder(folder.path().to_owned()), &LoadOptions::default()).unwrap();
+    let [block, cover] = &visuals[..] else { panic!("{visuals:?}") };
     assert!(matches!(&block.look, Look::Shape(_)) && block.link == 0);
     assert_eq!(block.link_from_visual.translation, Vec3::new(0.0, 0.0, 0.1));
     // The cover is a part of the palm, by a fixed joint.

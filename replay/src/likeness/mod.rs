@@ -1,6 +1,6 @@
 //! Likeness of the movements of two runs, to find runs that repeat another team's run in the same scene.
 //!
-//! Compared is where the hand was, not what it was told: the path of its base and its closing, smoothed over 0.3 s and cut into steps of
+//! It compares where the hand was, not its commands: the path of its base and its closing, smoothed over 0.3 s and cut into steps of
 //! equal length. So noise, another rate of actions, pauses, another pace and another kind of action make little difference. Two
 //! controllers that find their own way in a scene are centimetres apart. `client-py/benchmarks/likeness.py` measures both.
 

@@ -144,7 +144,7 @@ fn a_copy_is_found_in_any_disguise() {
 }
 
 #[test]
-fn delay_and_offset_of_a_copy_are_told() {
+fn delay_and_offset_of_a_copy_are_reported() {
     let run = fetching(&balls(1), 0.004);
     let found = compare(&path(&run), &path(&late(&aside(&run, 7.0), 50))).expect("alike");
     assert!((found.shift_s - 0.5).abs() < 0.1 && (found.offset_mm - 7.0).abs() < 0.5, "{found:?}");

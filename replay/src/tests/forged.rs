@@ -42,7 +42,7 @@ fn a_changed_action_breaks_the_chain_or_the_state() {
 }
 
 #[test]
-fn files_that_tell_the_state_every_hundred_ticks_are_read_too() {
+fn files_with_the_state_every_hundred_ticks_are_read_too() {
     let scenario = Scenario::new("pinch", 130);
     let bytes = scenario.record().bytes;
     let less = |topic: &str, text: &str| {

@@ -66,7 +66,7 @@ fn exported_images_equal_those_of_the_run() {
         let words = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
         words.map(|word| f64::from(word) * unit_mm).collect()
     };
-    let live_depths = depths(&live.depth.as_ref().expect("asked for").0, 1e3 * live.depth_unit);
+    let live_depths = depths(&live.depth.as_ref().expect("it is recorded").0, 1e3 * live.depth_unit);
     let exported = depths(&image.data, 1.0);
     assert!(live_depths.iter().zip(&exported).all(|(a, b)| (a - b).abs() <= 0.5 + 1e-9), "{live:?}");
     assert!(exported.iter().any(|z| *z > 0.0));
@@ -76,7 +76,7 @@ fn exported_images_equal_those_of_the_run() {
 }
 
 #[test]
-fn cameras_without_noise_have_the_rate_that_was_asked_for() {
+fn cameras_without_noise_have_the_requested_rate() {
     let all = exported(Noise::None, &["box_a"], 10.0).expect("images");
     let times: Vec<u64> = all["/camera/box_a/depth"].iter().map(|(time, _)| *time).collect();
     assert_eq!(times.len(), 5, "0, 0.1, 0.2, 0.3, 0.4 s");

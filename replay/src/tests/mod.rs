@@ -242,7 +242,7 @@ fn hexadecimal_has_one_spelling() {
     }
 }
 
-/// What recording costs where the world is stepped, and on the disk. Run with
+/// The cost of recording where the world is stepped, and on the disk. Run with
 /// `cargo test --release -p palmares-replay what_recording_costs -- --ignored --nocapture`.
 #[test]
 #[ignore = "measures; asserts nothing"]

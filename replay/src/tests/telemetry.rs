@@ -14,7 +14,7 @@ fn messages(bytes: &[u8]) -> Vec<TelemetryMessage> {
 }
 
 #[test]
-fn it_is_written_at_30_hz_as_the_run_tells_it() {
+fn it_is_written_at_30_hz_as_the_run_reports_it() {
     let scenario = Scenario::new("softhand", 60);
     let recorded = scenario.record();
     let messages = messages(&recorded.bytes);
@@ -41,7 +41,7 @@ fn it_is_written_at_30_hz_as_the_run_tells_it() {
 }
 
 #[test]
-fn a_file_tells_its_hand_its_regions_and_the_names_of_its_bodies() {
+fn a_file_has_its_hand_its_regions_and_the_names_of_its_bodies() {
     let recorded = Scenario::new("pinch", 3).record();
     let mut records = std::collections::BTreeMap::new();
     for frame in records::frames(&recorded.bytes).expect("frames") {

@@ -9,7 +9,7 @@ use super::geometry::Geometry;
 use super::intrinsics::Intrinsics;
 use palmares_models::{Pose, Rotation, Vec3};
 
-/// A light that shines on a sphere. What is outside its cone has no shadow.
+/// A light that shines on a sphere. A point outside its cone has no shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Where it is, m.
@@ -232,7 +232,7 @@ impl Studio<'_> {
             &self.shadow[first..first + 3]
         });
         // Most points are wholly in the light, or wholly in a shadow.
-        match rows.iter().flat_map(|row| row.iter()).filter(|seen| **seen <= nearness).count() {
+        match rows.iter().flat_map(|row| row.iter()).filter(|depth| **depth <= nearness).count() {
             0 => return 0.0,
             9 => return 1.0,
             _ => {}
@@ -241,8 +241,8 @@ impl Studio<'_> {
         let (across, down) = ([1.0 - a, 1.0, a], [1.0 - b, 1.0, b]);
         let mut sum = 0.0;
         for (row, down) in rows.iter().zip(&down) {
-            for (seen, across) in row.iter().zip(&across) {
-                sum += if *seen <= nearness { across * down } else { 0.0 };
+            for (depth, across) in row.iter().zip(&across) {
+                sum += if *depth <= nearness { across * down } else { 0.0 };
             }
         }
         0.25 * sum

@@ -67,8 +67,8 @@ fn both_see(inverse: &[f64], bodies: &[u16], scale: f64, disparities: &mut [f64]
     for (u, ((inverse, body), disparity)) in inverse.iter().zip(bodies).zip(disparities).enumerate().rev() {
         let shift = scale * inverse;
         let there = u as f64 - shift;
-        let seen = *body != GBuffer::NOTHING && there < leftmost && there >= 0.0;
-        *disparity = if seen { shift } else { 0.0 };
+        let visible = *body != GBuffer::NOTHING && there < leftmost && there >= 0.0;
+        *disparity = if visible { shift } else { 0.0 };
         leftmost = if *body != GBuffer::NOTHING { leftmost.min(there) } else { leftmost };
     }
 }

@@ -52,8 +52,8 @@ pub(crate) fn follow(model: &Model, problem: &Problem, newton: &Newton, state: &
         let change = law.pull(newton.row_velocity(k)).change;
         let from = it.position;
         let reach = own.speed_limit * step_s;
-        let asked = (it.command - from).clamp(-reach, reach);
-        let moved = if change == law.drive.wanted { asked } else { change / (weight * own.scaling) };
+        let requested = (it.command - from).clamp(-reach, reach);
+        let moved = if change == law.drive.wanted { requested } else { change / (weight * own.scaling) };
         it.position = (from + moved).clamp(0.0, 1.0);
         it.velocity = (it.position - from) / step_s;
     }

@@ -14,7 +14,7 @@ pub fn towards_joints(arm: &Arm, q: &[f64], target: &[f64], dt_s: f64) -> Vec<f6
     let target = arm.within(target);
     let step = |((joint, q), target): ((&ArmJoint, &f64), &f64)| {
         let most = joint.speed * dt_s;
-        // What is within reach is reached without rounding.
+        // A target within reach is reached without rounding.
         if (target - q).abs() <= most { *target } else { q + (target - q).clamp(-most, most) }
     };
     arm.joints.iter().zip(q).zip(&target).map(step).collect()

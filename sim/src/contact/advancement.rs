@@ -10,7 +10,7 @@
 //! along n plus the allowed overlap, divided by this rate, is a part of the step in which the limit cannot be
 //! exceeded. Then the direction is computed again.
 
-use super::pair_points::apart;
+use super::pair_points::separating_axis;
 use crate::bounds::MANIFOLD_WORK;
 use crate::model::Collider;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -36,8 +36,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// SpatialVelocity from one pose to another. If several turns lead there, the one nearest to `about` is taken,
-    /// rad.
+    /// The motion from one pose to another. Several turns may lead there; it takes the one nearest to `about`, rad.
     pub fn between(start: Pose, end: Pose, about: Vec3) -> Self {
         let turn = end.rotation * start.rotation.inverse();
         let turn = if turn.w < 0.0 { -turn } else { turn };
@@ -117,7 +116,7 @@ impl Rate {
         Rate { way: b.sweep.way - a.sweep.way, turns: [turn(a), turn(b)] }
     }
 
-    /// Along a unit direction from A to B, m over the step.
+    /// Rate along a unit direction from A to B, m over the step.
     fn along(&self, normal: Vec3) -> f64 {
         let [a, b] = self.turns.map(|(turn, radius)| normal.cross(turn).length() * radius);
         a + b - self.way.dot(normal)
@@ -130,15 +129,15 @@ impl Rate {
     }
 }
 
-/// Whether the overlap of two shapes that are `apart`, m, along a unit direction of the world from A to B
-/// cannot exceed `most` along it in the step.
-pub fn stays_apart(a: Moving<'_>, b: Moving<'_>, normal: Vec3, apart: f64, most: f64) -> bool {
-    Rate::of(a, b).along(normal) <= apart + most
+/// Whether the overlap of two shapes cannot exceed `most`, m, in the step along the unit direction `normal` of the
+/// world from A to B. `separation`, m, is theirs along it at the start.
+pub fn stays_separated(a: Moving<'_>, b: Moving<'_>, normal: Vec3, separation: f64, most: f64) -> bool {
+    Rate::of(a, b).along(normal) <= separation + most
 }
 
-/// The part of the step after which two shapes whose overlap could exceed `most`, m, stop: where they overlap
-/// by about half of it; 1 if they do not. Shapes that start with a deeper overlap may deepen it by 1/32 of
-/// `most`. The computing is added to `spent`.
+/// The part of the step after which two shapes stop, because their overlap could exceed `most`, m; 1 if it could
+/// not. They stop where they overlap by about half of `most`. Shapes that start with a deeper overlap may deepen
+/// it by 1/32 of `most`. The computing is added to `spent`.
 pub fn free_part(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> f64 {
     let rate = Rate::of(a, b);
     let reach = rate.at_most();
@@ -149,20 +148,21 @@ pub fn free_part(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> f6
         *spent += MANIFOLD_WORK;
         let (at_a, at_b) = (a.at(part), b.at(part));
         let a_from_b = at_a.inv_mul(&at_b);
-        let Some((normal, apart)) = apart(a.shape, b.shape, &a_from_b, reach, direction) else {
+        let Some((normal, separation)) = separating_axis(a.shape, b.shape, &a_from_b, reach, direction)
+        else {
             return 1.0;
         };
         direction = normal;
         let rate = rate.along(at_a.rotation * normal);
         if k == 0 {
-            if rate <= apart + most {
+            if rate <= separation + most {
                 return 1.0;
             }
-            least = least.min(apart - near);
-        } else if apart <= least {
+            least = least.min(separation - near);
+        } else if separation <= least {
             return before;
         }
-        let left = apart - least;
+        let left = separation - least;
         if rate * (1.0 - part) <= left || part >= 1.0 {
             return 1.0;
         }
@@ -225,8 +225,12 @@ mod tests {
                 assert_eq!(part < 1.0, reaches, "{angle} {x}: {part}");
                 assert!(spent <= MAX_DIRECTIONS as u64 * MANIFOLD_WORK);
                 let stops = b.at(part);
-                let (_, apart) = apart(a.shape, b.shape, &stops, 1.0, Vec3::ZERO).expect("they are near");
-                assert!(!reaches || apart > -STOP_AT * most && apart < 0.0, "{angle} {x}: {apart}");
+                let (_, separation) =
+                    separating_axis(a.shape, b.shape, &stops, 1.0, Vec3::ZERO).expect("they are near");
+                assert!(
+                    !reaches || separation > -STOP_AT * most && separation < 0.0,
+                    "{angle} {x}: {separation}"
+                );
             }
         }
     }

@@ -98,7 +98,7 @@ impl DistanceCache {
         self.bounds[index].until = f64::INFINITY;
     }
 
-    /// Checks the pairs at rest again in which a shape `is_awake`.
+    /// Makes the pairs at rest due again in which a shape `is_awake`.
     pub fn reactivate(&mut self, is_awake: impl Fn(usize) -> bool) {
         for PairBound { key: (a, b), until } in &mut self.bounds {
             if *until == f64::INFINITY && (is_awake(*a as usize) || is_awake(*b as usize)) {

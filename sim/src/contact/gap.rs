@@ -7,9 +7,9 @@ use palmares_models::Pose;
 use parry3d_f64::query::details::distance_support_map_support_map;
 use parry3d_f64::query::{DefaultQueryDispatcher, QueryDispatcher};
 
-/// Gap of the shapes, if it is larger than what is `reachable` in this step. The exact distance is computed
-/// once; until the relative motion could have used it up, nothing needs to be computed.
-pub(super) fn still_apart(
+/// Gap of the shapes, if it is larger than the gap that is `reachable` in this step. The exact distance is
+/// computed once, and again only when the relative motion could have used it up.
+pub(super) fn still_separated(
     pair: Option<&Pair>,
     (distances, index): (&mut DistanceCache, usize),
     (a, b): (&Collider, &Collider),
@@ -22,7 +22,7 @@ pub(super) fn still_apart(
     }
     let touched = pair.filter(|pair| !pair.manifold.points.is_empty());
     // Gaps known before a snapshot are known after it: for pairs with points, the state has them.
-    let (gap, there) = touched.map_or_else(|| distances.gap(index), |pair| pair.seen);
+    let (gap, there) = touched.map_or_else(|| distances.gap(index), |pair| pair.updated_at);
     // An unbounded shape approaches with any turn.
     if gap > reachable && b.bounding_radius.is_finite() {
         let travel = a_from_b.translation.distance(there.translation);
@@ -78,13 +78,13 @@ mod tests {
             Shape::Capsule { half_length: 0.02, radius: 0.008 },
         ]);
         // The capsule upright next to the box, its lower end above the box's edge.
-        let apart = Pose::translation(0.026, 0.016 + 0.03, 0.006 + 0.02 + 0.04);
-        let found = distance(&shapes[0], &shapes[1], &apart);
+        let a_from_b = Pose::translation(0.026, 0.016 + 0.03, 0.006 + 0.02 + 0.04);
+        let found = distance(&shapes[0], &shapes[1], &a_from_b);
         assert!((found - (0.05 - 0.004 - 0.008)).abs() < 1e-15, "{found}");
         assert_eq!(distance(&shapes[0], &shapes[1], &Pose::translation(0.026, 0.02, 0.0)), 0.0);
     }
 
-    /// No point of a box moves farther than its origin does and the chord of its turn: neither does the distance change by more.
+    /// A point of a box moves at most by the way of its origin plus the chord of its turn. The distance changes by no more.
     #[test]
     fn the_distance_of_two_boxes_changes_no_faster_than_they_move() {
         let size = Shape::Box { half_extents: [0.009, 0.006, 0.018], rounding: 0.003 };

@@ -33,8 +33,8 @@ impl ImpactBody {
         ImpactBody { center, inverse_mass, inverse_inertia, start, now: start, hit: None, way: Vec3::ZERO }
     }
 
-    /// Time of the first hit, and the displacement beyond that of the start velocity until the hit and the
-    /// end velocity after it, m.
+    /// Time of the first hit, and the detour, m: the displacement, less that of a body that moves with the start
+    /// velocity until the first hit, and with the end velocity after it.
     pub fn detour(&self) -> Option<(f64, Vec3)> {
         let (first, last) = self.hit?;
         Some((first, self.way - self.start[0] * first - self.now[0] * (last - first)))

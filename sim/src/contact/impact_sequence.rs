@@ -228,10 +228,10 @@ mod tests {
         sequence.bodies.iter().map(way).collect()
     }
 
-    fn close(seen: &[f64], exact: &[f64]) {
-        assert_eq!(seen.len(), exact.len());
-        let worst = seen.iter().zip(exact).fold(0.0f64, |worst, (a, b)| worst.max((a - b).abs()));
-        assert!(worst < 1e-12, "{seen:?} instead of {exact:?}");
+    fn close(found: &[f64], exact: &[f64]) {
+        assert_eq!(found.len(), exact.len());
+        let worst = found.iter().zip(exact).fold(0.0f64, |worst, (a, b)| worst.max((a - b).abs()));
+        assert!(worst < 1e-12, "{found:?} instead of {exact:?}");
     }
 
     #[test]

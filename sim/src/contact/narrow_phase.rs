@@ -1,6 +1,6 @@
 //! Narrow phase: contact points of near pairs.
 //!
-//! Of every pair that may have come near (`distance_cache.rs`):
+//! Every pair that may have come near (`distance_cache.rs`) goes through these steps:
 //!
 //! 1. two bodies at rest are left alone;
 //! 2. a known gap is compared with the way of a step (`reach.rs`);
@@ -11,7 +11,7 @@
 
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
-use super::gap::still_apart;
+use super::gap::still_separated;
 use super::manifold::Finder;
 use super::pair_points::refresh;
 use super::reach::Reach;
@@ -109,7 +109,7 @@ pub struct Bodies<'a> {
 }
 
 impl Bodies<'_> {
-    /// SpatialVelocity of a body about a point of the world.
+    /// Spatial velocity of a body about a point of the world.
     #[inline(always)]
     pub fn velocity(&self, owner: Owner, at: Vec3) -> SpatialVelocity {
         match owner {
@@ -150,13 +150,13 @@ pub struct Shapes<'a> {
 /// Whether two shapes may touch in this step.
 enum Nearness {
     /// They cannot; a lower bound of their gap, m.
-    Apart(f64),
+    Separated(f64),
     /// They may; the pose of B in A's frame.
     Near(Pose),
 }
 
 impl Shapes<'_> {
-    /// Compares two shapes: their bounds, and where these meet, the shapes ([`still_apart`]). `known` is their memory, if there is
+    /// Compares two shapes: their bounds, and where these meet, the shapes ([`still_separated`]). `known` is their memory, if there is
     /// any, and `distances` has them at an index. The computing is added to `spent`.
     #[inline]
     fn nearness(
@@ -169,15 +169,15 @@ impl Shapes<'_> {
         spent: &mut u64,
     ) -> Nearness {
         let (i, j) = distances.key(index);
-        let parted = separation(&self.bounds[i], &self.bounds[j]);
-        if parted > 0.0 {
+        let bounds_gap = separation(&self.bounds[i], &self.bounds[j]);
+        if bounds_gap > 0.0 {
             // The bounds exceed the shapes by the margin and their motion in a step.
-            return Nearness::Apart(parted + reach.approach + config.margin(false));
+            return Nearness::Separated(bounds_gap + reach.approach + config.margin(false));
         }
         *spent += DISTANCE_WORK;
         let a_from_b = self.poses[i].inv_mul(&self.poses[j]);
-        match still_apart(known, (distances, index), (a, b), &a_from_b, reach.reachable) {
-            Some(gap) => Nearness::Apart(gap),
+        match still_separated(known, (distances, index), (a, b), &a_from_b, reach.reachable) {
+            Some(gap) => Nearness::Separated(gap),
             None => Nearness::Near(a_from_b),
         }
     }
@@ -202,8 +202,8 @@ impl Contacts {
             [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
         });
         let mut spent = distances.count() as u64;
-        // Near pairs and remembered ones have the same order: the memory of the present pair is, or belongs,
-        // at `place`.
+        // Near pairs and remembered ones have the same order. So the memory of the present pair is at `place`,
+        // or must be inserted there.
         let (mut next, mut place) = (0, 0);
         while let Some(index) = distances.next(next) {
             next = index + 1;
@@ -226,7 +226,7 @@ impl Contacts {
             let is_known = pairs.get(place).is_some_and(|pair| pair.key == key);
             let known = is_known.then(|| &pairs[place]);
             match shapes.nearness(config, (a, b), known, (&mut *distances, index), &reach, &mut spent) {
-                Nearness::Apart(gap) => {
+                Nearness::Separated(gap) => {
                     if is_known {
                         pairs.remove(place);
                     }
@@ -271,10 +271,10 @@ impl Contacts {
         let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
         pair.initial_overlap = overlap_left(config, pair.initial_overlap, deepest, first_sight);
         if pair.manifold.points.is_empty() {
-            pair.seen = (0.0, Pose::IDENTITY);
+            pair.updated_at = (0.0, Pose::IDENTITY);
             pair.mean = Anchor::default();
         } else {
-            pair.seen = (deepest, a_from_b);
+            pair.updated_at = (deepest, a_from_b);
         }
         spent
     }
@@ -346,8 +346,8 @@ impl Contacts {
         let first = self.points.len();
         let beyond = reach.beyond(config, fastest);
         for (k, point) in pair.manifold.points.iter_mut().enumerate() {
-            // The nearest points, which have no features, are a contact of their own only where no corner is
-            // as deep.
+            // The nearest points have no features. They are a contact of their own only where no corner is as
+            // deep.
             let twice = point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m;
             if twice || point.dist > beyond {
                 point.data = Anchor::IDLE;
@@ -390,14 +390,14 @@ impl Contacts {
     }
 }
 
-/// Part of the square of the distance at which a patch's point resists spin that is an offset from the
-/// middle; the rest is the arm of its own spin. Points alone would brake the slip of a fast spinning disc a
-/// quarter too little.
+/// A point of a patch resists spin at a distance from the middle. This part of its square is the offset of the
+/// point of friction; the rest is the arm of the point's own spin. The offset alone would brake the slip of a
+/// fast spinning disc a quarter too little.
 const ASIDE: f64 = 0.8;
 
-/// Moves the points of friction of a patch together, about the recent centre of the load; without one, about
-/// that of the depths that the step brings. If the depths were always used, a chattering patch would not come
-/// to rest.
+/// Moves the points of friction of a patch towards the recent centre of the load. A patch without a recent load
+/// has the centre of the depths that the step brings. If the depths were always used, a chattering patch would
+/// not come to rest.
 fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     if points.len() < 2 {
         return;
@@ -423,8 +423,8 @@ fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     }
 }
 
-/// Overlap that counts as touching, m. Bodies first found with a deeper overlap than `Config::overlap_m` were placed so; this
-/// overlap shrinks at `Config::separation_speed`, and is never more than the present one.
+/// Overlap that counts as touching, m. A first overlap deeper than `Config::overlap_m` comes from placing the bodies. It
+/// shrinks at `Config::separation_speed`, and is never more than the present overlap.
 fn overlap_left(config: &Config, before: f64, deepest: f64, first_sight: bool) -> f64 {
     let taken_back = before - config.separation_speed * config.step_s;
     let counts = if first_sight && deepest < -config.overlap_m { -deepest } else { taken_back };
@@ -443,7 +443,7 @@ mod tests {
         assert_eq!(left, deep, "it counts as touching");
         let later = overlap_left(&config, left, -deep, false);
         assert!((left - later - config.separation_speed * config.step_s).abs() < 1e-15, "{later}");
-        // What has come apart by itself does not come back; a later overlap is pressed apart at once.
+        // Shapes that separate by themselves do not return to the overlap; a later overlap is removed at once.
         assert_eq!(overlap_left(&config, left, -0.5 * deep, false), 0.5 * deep);
         assert_eq!(overlap_left(&config, left, f64::INFINITY, false), 0.0);
         assert_eq!(overlap_left(&config, 0.0, -deep, false), 0.0);

@@ -10,8 +10,8 @@ use parry3d_f64::query::{
     ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, TrackedContact,
 };
 
-/// Like [`manifold::apart`], for any shapes but a ground.
-pub(super) fn apart(
+/// Like [`manifold::separating_axis`], for any shapes but a ground.
+pub(super) fn separating_axis(
     a: &Collider,
     b: &Collider,
     a_from_b: &Pose,
@@ -19,7 +19,7 @@ pub(super) fn apart(
     last: Vec3,
 ) -> Option<(Vec3, f64)> {
     if !(a.is_ball || b.is_ball) {
-        return manifold::apart(a, b, a_from_b, reach, last);
+        return manifold::separating_axis(a, b, a_from_b, reach, last);
     }
     let mut found = ContactManifold::new();
     find_point(&mut found, a, b, a_from_b, reach);
@@ -90,8 +90,8 @@ fn find_point(
 }
 
 /// Gives points that parry considers new the memory of the nearest old one, if it was at the same position of
-/// a shape. Of points that share a position only one is kept, and rounding decides which features it has the
-/// next time: a grasp would lose its friction with them.
+/// a shape. Only one of the points that share a position is kept, and rounding decides which features it has in
+/// the next step. Without this a grasp would lose its friction.
 fn remember(points: &mut [TrackedContact<Anchor>], before: &[TrackedContact<Anchor>], within_squared: f64) {
     for point in points.iter_mut().filter(|point| !point.data.known) {
         let moved = |old: &TrackedContact<Anchor>| {

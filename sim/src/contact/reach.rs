@@ -19,7 +19,7 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// Of two shapes whose points have at most these speeds, m/s; `within_hand` if both are links.
+    /// The reach of two shapes whose points have at most these speeds, m/s; `within_hand` if both are links.
     #[inline]
     pub(super) fn new(config: &Config, within_hand: bool, speed_a: f64, speed_b: f64) -> Self {
         let approach = config.step_s * (speed_a + speed_b);
@@ -28,7 +28,7 @@ impl Reach {
         Reach { approach, from_rest, margin, reachable: (from_rest + 2.0 * approach).min(margin) }
     }
 
-    /// Gap that no two points can use up whose relative speed is at most `fastest`, m/s.
+    /// Gap that two points with a relative speed of at most `fastest`, m/s, cannot use up.
     #[inline]
     pub(super) fn beyond(&self, config: &Config, fastest: f64) -> f64 {
         1.001 * (self.from_rest + 2.0 * config.step_s * fastest)

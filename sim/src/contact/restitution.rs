@@ -16,8 +16,8 @@ pub struct Rebound {
     pub velocity: f64,
     /// Slip speed of its surfaces after it, m/s, if known.
     pub slip: f64,
-    /// Factor between the error of a slip and its apparent error, where the normal velocity was solved with
-    /// another slip.
+    /// The normal velocity may have been solved with another slip. Factor between the error of that slip and its
+    /// apparent error.
     pub gain: f64,
 }
 
@@ -39,14 +39,14 @@ pub fn rebound(
     h: f64,
     least: f64,
 ) -> Option<Rebound> {
-    // As the solver sees it, with the velocity of the end: a body that it would brake first could not rebound
+    // The solver computes with the velocity of the end. If it braked a body first, the body could not rebound
     // any more.
     if velocity >= -least || gap + h * (velocity + h * acceleration) >= 0.0 {
         return None;
     }
     let time_s = (gap.max(0.0) / -velocity).min(h);
     if restitution == 0.0 {
-        // It reaches the surface with the step, and is stopped there in the next one.
+        // It reaches the surface at the end of the step; the next step stops it there.
         return Some(Rebound::new(h, -gap.max(0.0) / h));
     }
     let met = velocity + acceleration * time_s;

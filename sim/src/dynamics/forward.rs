@@ -44,8 +44,8 @@ mod tests {
     /// A positive definite matrix, two branches on a base of two, and a product with it.
     fn example(x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let n = x.len();
-        let apart = |i: usize, j: usize| i >= 2 && j >= 2 && (i < 4) != (j < 4);
-        let value = |i: usize, j: usize| match (i == j, apart(i, j)) {
+        let other_branches = |i: usize, j: usize| i >= 2 && j >= 2 && (i < 4) != (j < 4);
+        let value = |i: usize, j: usize| match (i == j, other_branches(i, j)) {
             (true, _) => 3.0 + i as f64,
             (_, true) => 0.0,
             _ => libm::cos((i + j) as f64),

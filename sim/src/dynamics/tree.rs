@@ -92,7 +92,7 @@ impl Kinematics {
     }
 }
 
-/// SpatialVelocity per unit of the coordinate, about the base origin; `at` is the hinge's position from there.
+/// Spatial velocity per unit of the coordinate, about the base origin; `at` is the hinge's position from there.
 #[inline]
 fn hinge_screw(hinge: &Hinge, axis: Vec3, at: Vec3) -> SpatialVelocity {
     match hinge.kind {

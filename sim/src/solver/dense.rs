@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_that_is_not_positive_definite_is_told() {
+    fn a_matrix_that_is_not_positive_definite_is_reported() {
         for s in 1..=7 {
             let mut a = positive(s);
             a[s * s - 1] = -1.0;

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What a motor can do with one tendon in a step, in the tendon's units. A force opposes a positive change of the wound length.
+/// The action of a motor on one tendon in a step, in the tendon's units. A force opposes a positive change of the wound length.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Drive {
     /// Change of the wound length that the command asks for; within ±`reach`.
@@ -104,7 +104,7 @@ pub struct DrivenLaw {
 }
 
 impl DrivenLaw {
-    /// What tendon and motor do while the tendon's length changes at the rate u.
+    /// Force of the tendon and motion of the motor while the tendon's length changes at the rate u.
     pub fn pull(&self, u: f64) -> Pull {
         let z = self.stiffness * (self.error - self.h * u) - self.damping * u;
         self.drive.pull(self.stiffness, z)

@@ -8,7 +8,7 @@ use crate::actuation::friction;
 use crate::command::Push;
 use crate::config::Config;
 use crate::statics::drives::wound_slowly;
-use crate::statics::energy::Scene;
+use crate::statics::energy::StaticsProblem;
 use crate::statics::equilibrium::NoEquilibrium;
 use crate::statics::loads::torque_work;
 use crate::statics::prediction::solve_wound;
@@ -41,7 +41,7 @@ pub struct Band {
     pub opening: Equilibrium,
 }
 
-/// What friction does at an equilibrium.
+/// The effect of friction at an equilibrium.
 #[derive(Clone, Copy, Debug)]
 enum Friction<'a> {
     /// It resists this direction with all it has: 1 for closing, −1 for opening.
@@ -114,8 +114,8 @@ fn limit(
     if hand.friction_places() == 0 {
         return Ok(without);
     }
-    let scene = Scene { config, hand, base, s_ref, pushes, holds: &[] };
-    let search = Search { scene: &scene, closing: closing_signs(hand, &without.q), rubs };
+    let problem = StaticsProblem { config, hand, base, s_ref, pushes, holds: &[] };
+    let search = Search { problem: &problem, closing: closing_signs(hand, &without.q), rubs };
     let mut left = MAX_WORK;
     let mut q = without.q.clone();
     if search.balance(&mut q, 1.0, &mut left).is_err() {
@@ -124,7 +124,7 @@ fn limit(
             search.balance(&mut q, part, &mut left)?;
         }
     }
-    let mut found = scene.equilibrium(q);
+    let mut found = problem.equilibrium(q);
     found.beyond_closed_form.push("cables or joints rub".to_owned());
     Ok(found)
 }
@@ -139,7 +139,7 @@ fn closing_signs(hand: &Hand, q: &[f64]) -> Vec<f64> {
 }
 
 struct Search<'a> {
-    scene: &'a Scene<'a>,
+    problem: &'a StaticsProblem<'a>,
     /// By joint: 1 or −1.
     closing: Vec<f64>,
     rubs: Friction<'a>,
@@ -148,13 +148,13 @@ struct Search<'a> {
 impl Search<'_> {
     /// Unbalanced torque on each coordinate with a part of the friction, and the largest torque in it.
     fn unbalanced(&self, q: &[f64], part: f64) -> (DVector<f64>, f64) {
-        let hand = self.scene.hand;
-        let (gradient, size) = self.scene.gradient(q);
+        let hand = self.problem.hand;
+        let (gradient, size) = self.problem.gradient(q);
         let mut torque = -gradient;
         match self.rubs {
             Friction::Held(forces) => friction::torques(hand, q, forces, |c, x| torque[c] += part * x),
             Friction::Against(direction) => {
-                friction::sliding(hand, q, &self.scene.tension(q), direction, part, &mut |c, x| {
+                friction::sliding(hand, q, &self.problem.tension(q), direction, part, &mut |c, x| {
                     torque[c] += x
                 });
                 for (c, joint) in hand.coordinates.iter().enumerate() {
@@ -168,8 +168,8 @@ impl Search<'_> {
     /// Newton's method with halved steps from q on.
     fn balance(&self, q: &mut Vec<f64>, part: f64, left: &mut u64) -> Result<(), NoPrediction> {
         let n = q.len();
-        let evaluation = torque_work(self.scene.hand, self.scene.pushes.len())
-            + (n * (1 + self.scene.hand.tendons.len())) as u64;
+        let evaluation = torque_work(self.problem.hand, self.problem.pushes.len())
+            + (n * (1 + self.problem.hand.tendons.len())) as u64;
         let (mut torque, mut size) = self.unbalanced(q, part);
         let mut leaps = 0;
         for _ in 0..STEPS {

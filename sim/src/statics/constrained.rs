@@ -3,7 +3,7 @@
 use crate::command::Push;
 use crate::config::Config;
 use crate::statics::drives::wound_slowly;
-use crate::statics::energy::{PointConstraint, Reaction, Scene};
+use crate::statics::energy::{PointConstraint, Reaction, StaticsProblem};
 use crate::statics::loose::loose;
 use crate::statics::prediction::solve_wound;
 use crate::statics::rest::{Equilibrium, NoPrediction};
@@ -36,10 +36,10 @@ pub fn solve_constrained(
         return Err(NoPrediction::Loose(loose.to_owned()));
     }
     let s_ref = wound_slowly(hand, sigma, |s_ref| solve_wound(config, hand, base, s_ref, &[]))?;
-    let scene = Scene { config, hand, base, s_ref: &s_ref, pushes, holds };
-    let q = scene.minimum()?;
-    let reactions = scene.reactions(&scene.kinematics(&q));
-    Ok(ConstrainedEquilibrium { equilibrium: scene.equilibrium(q), reactions })
+    let problem = StaticsProblem { config, hand, base, s_ref: &s_ref, pushes, holds };
+    let q = problem.minimum()?;
+    let reactions = problem.reactions(&problem.kinematics(&q));
+    Ok(ConstrainedEquilibrium { equilibrium: problem.equilibrium(q), reactions })
 }
 
 #[cfg(test)]
@@ -123,8 +123,8 @@ mod tests {
             elastic::subtract_torques(hand, q, &mut balance);
             let worst = balance.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             assert!(worst < 1e-7, "{}: {worst}", hand.name);
-            let told = &found.equilibrium.beyond_closed_form;
-            assert!(told.iter().any(|why| why.ends_with("is held")), "{told:?}");
+            let reasons = &found.equilibrium.beyond_closed_form;
+            assert!(reasons.iter().any(|why| why.ends_with("is held")), "{reasons:?}");
         }
     }
 

@@ -29,7 +29,7 @@ pub fn wound_in(hand: &Hand, motors: &[MotorState], locked: &[Option<f64>]) -> V
 /// `rest` finds the equilibrium at wound lengths.
 ///
 /// # Errors
-/// Those of `rest`, or the motors never come to rest.
+/// The lengths of `rest`, or the motors never come to rest.
 pub(super) fn wound_slowly(
     hand: &Hand,
     sigma: &[f64],

@@ -53,7 +53,7 @@ pub struct Reaction {
 }
 
 /// Everything that acts on a hand except its springs and tendons.
-pub(super) struct Scene<'a> {
+pub(super) struct StaticsProblem<'a> {
     pub(super) config: &'a Config,
     pub(super) hand: &'a Hand,
     pub(super) base: Pose,
@@ -70,8 +70,8 @@ pub(super) fn minimum(
     s_ref: &[f64],
     pushes: &[Push],
 ) -> Result<Equilibrium, NoPrediction> {
-    let scene = Scene { config, hand, base, s_ref, pushes, holds: &[] };
-    Ok(scene.equilibrium(scene.minimum()?))
+    let problem = StaticsProblem { config, hand, base, s_ref, pushes, holds: &[] };
+    Ok(problem.equilibrium(problem.minimum()?))
 }
 
 impl PointConstraint {
@@ -87,7 +87,7 @@ fn spring_energy(gap: f64) -> f64 {
     if gap <= most { 0.5 * STIFFNESS * gap * gap } else { MAX_FORCE * (gap - 0.5 * most) }
 }
 
-impl Scene<'_> {
+impl StaticsProblem<'_> {
     pub(super) fn kinematics(&self, q: &[f64]) -> Kinematics {
         let mut kin = Kinematics::default();
         kin.update(self.hand, self.base, q);

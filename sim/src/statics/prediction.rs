@@ -133,7 +133,7 @@ fn held_at_limits(
 }
 
 /// The equilibrium at σ under pushes and, if the hand does not cancel it, its own weight. Motors that no load turns back have gone to σ
-/// slowly before the pushes act: they may have stopped on the way, and clutches may have let go. Of a hand that rubs it is the one without
+/// slowly before the pushes act: they may have stopped on the way, and clutches may have let go. For a hand that rubs it is the one without
 /// friction; [`band`](super::band::band) has the limits.
 pub fn solve_loaded(
     config: &Config,

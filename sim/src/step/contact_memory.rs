@@ -30,16 +30,16 @@ pub(super) fn remember(
         let into_a = collision.poses[pair.key.0 as usize].rotation.inverse();
         let (mut mean, mut loaded) = (Anchor::default(), 0.0);
         let points = &collision.contacts.points[found.points.clone()];
-        for (point, seen) in problem.points[solved.first..solved.end].iter().zip(points) {
+        for (point, contact) in problem.points[solved.first..solved.end].iter().zip(points) {
             let [t1, t2, normal] = point.axes;
             let [g1, g2, gn, gs] = point.impulse;
-            let data = &mut pair.manifold.points[seen.point as usize].data;
+            let data = &mut pair.manifold.points[contact.point as usize].data;
             if gn <= 0.0 {
-                *data = Anchor { bearing: seen.anchor.bearing_after(0.0, h), ..Anchor::IDLE };
+                *data = Anchor { bearing: contact.anchor.bearing_after(0.0, h), ..Anchor::IDLE };
                 continue;
             }
             // The instantaneous impulse of a rebound gives no information about the next step.
-            if let Some(rebound) = seen.rebound {
+            if let Some(rebound) = contact.rebound {
                 *data = Anchor::IDLE;
                 // A rebound that never comes only prevents braking.
                 let stays = found.restitution == 0.0;
@@ -50,18 +50,18 @@ pub(super) fn remember(
                     }
                 }
                 if stays {
-                    forces.contacts.push(contact_force(point, seen, found, pair.key, h));
+                    forces.contacts.push(contact_force(point, contact, found, pair.key, h));
                 }
                 continue;
             }
             let mut friction = t1 * g1 + t2 * g2;
             // The law used the stretch's projection on the tangent plane.
-            let mut before = t1 * seen.anchor.stretch.dot(t1) + t2 * seen.anchor.stretch.dot(t2);
+            let mut before = t1 * contact.anchor.stretch.dot(t1) + t2 * contact.anchor.stretch.dot(t2);
             // Stretch and twist are one vector, as slip and spin are one cone: twist is along the normal.
             let spins = point.law.arm > 0.0;
             if spins {
                 friction += normal * gs;
-                before += normal * seen.anchor.twist;
+                before += normal * contact.anchor.twist;
             }
             let mut stretch = stretch_after(before, friction, config.anchor_stiffness, tau, h);
             let slip = point.law.slip_speed(point.velocity, point.impulse);
@@ -71,7 +71,7 @@ pub(super) fn remember(
             let twist = if spins { stretch.dot(normal) } else { 0.0 };
             let stretch = if spins { stretch - normal * twist } else { stretch };
             let normal_force = gn / h;
-            let bearing = seen.anchor.bearing_after(normal_force, h);
+            let bearing = contact.anchor.bearing_after(normal_force, h);
             let stretch = into_a * stretch;
             *data = Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing };
             loaded += 1.0;
@@ -79,7 +79,7 @@ pub(super) fn remember(
             mean.twist += data.twist;
             mean.slip += slip;
             mean.bearing += bearing;
-            forces.contacts.push(contact_force(point, seen, found, pair.key, h));
+            forces.contacts.push(contact_force(point, contact, found, pair.key, h));
         }
         if loaded > 0.0 {
             mean.stretch /= loaded;
@@ -94,7 +94,7 @@ pub(super) fn remember(
 /// A contact in the solution.
 fn contact_force(
     point: &Point,
-    seen: &ContactPoint,
+    contact: &ContactPoint,
     found: &ContactPair,
     colliders: (u32, u32),
     h: f64,
@@ -109,6 +109,6 @@ fn contact_force(
         normal: point.axes[2],
         force: (friction + normal) / h,
         torque: point.torque(point.impulse) / h,
-        distance: seen.distance,
+        distance: contact.distance,
     }
 }

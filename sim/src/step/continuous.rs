@@ -10,7 +10,7 @@
 //! Links of the hand are exempt: they are thick, and a link cannot stop alone. A ground has no far side.
 
 use crate::bounds::step_work;
-use crate::contact::advancement::{Moving, Sweep, free_part, stays_apart};
+use crate::contact::advancement::{Moving, Sweep, free_part, stays_separated};
 use crate::contact::broad_phase::separation;
 use crate::contact::collide::Collision;
 use crate::model::{Collider, Model, Owner};
@@ -160,7 +160,7 @@ fn list_due(
         let key = (i as u32, j as u32);
         place += state.pairs[place..].iter().take_while(|pair| pair.key < key).count();
         let known = state.pairs.get(place).filter(|pair| pair.key == key && !pair.manifold.points.is_empty());
-        if !known.is_some_and(|pair| way <= pair.seen.0 + most) {
+        if !known.is_some_and(|pair| way <= pair.updated_at.0 + most) {
             due.push((i, j));
         }
     }
@@ -174,9 +174,9 @@ fn list_due(
             if other.owner == colliders[i].owner || j < i && beyond(j) > 0.0 || !takes_part(other) {
                 continue;
             }
-            let parted = separation(&collision.bounds[i], &collision.bounds[j]);
+            let bounds_gap = separation(&collision.bounds[i], &collision.bounds[j]);
             let pair = (i.min(j), i.max(j));
-            if parted <= beyond(i) + beyond(j) && !distances.has((pair.0 as u32, pair.1 as u32)) {
+            if bounds_gap <= beyond(i) + beyond(j) && !distances.has((pair.0 as u32, pair.1 as u32)) {
                 due.push(pair);
             }
         }
@@ -209,11 +209,11 @@ fn stop_due(
         // The gap along the normal of an existing contact is known.
         let known = state.pairs.binary_search_by_key(&(i as u32, j as u32), |pair| pair.key);
         let known = known.ok().map(|place| &state.pairs[place]).filter(|p| !p.manifold.points.is_empty());
-        let apart = known.is_some_and(|pair| {
+        let separated = known.is_some_and(|pair| {
             let normal = collision.poses[i].rotation * pair.manifold.local_n1;
-            stays_apart(moving_a, moving_b, normal, pair.seen.0, most)
+            stays_separated(moving_a, moving_b, normal, pair.updated_at.0, most)
         });
-        if apart {
+        if separated {
             continue;
         }
         let part = free_part(moving_a, moving_b, most, spent);

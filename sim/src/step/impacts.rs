@@ -223,11 +223,11 @@ fn adds_energy(
         if pair.restitution == 0.0 || on_hand(pair) {
             continue;
         }
-        let seen = &contacts.points[pair.points.clone()];
-        for ((point, seen), candidate) in
-            problem.points[solved.first..solved.end].iter().zip(seen).zip(&mut candidates)
+        let contact_points = &contacts.points[pair.points.clone()];
+        for ((point, contact), candidate) in
+            problem.points[solved.first..solved.end].iter().zip(contact_points).zip(&mut candidates)
         {
-            if seen.rebound.is_none() {
+            if contact.rebound.is_none() {
                 continue;
             }
             let ([t1, t2, n], [g1, g2, gn, _], [v1, v2, vn, _]) = (point.axes, point.impulse, point.velocity);

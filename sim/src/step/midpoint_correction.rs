@@ -19,7 +19,7 @@ const PIVOT_M: f64 = 1e-5;
 /// A direction is new if at least this part of it is independent of the others.
 const NEW: f64 = 1e-6;
 
-type Row = [f64; 6];
+type ConstraintRow = [f64; 6];
 
 /// Displacement that the mean velocity adds to that of the end velocity.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,12 +34,12 @@ pub(super) struct Correction {
 /// radius of gyration.
 #[derive(Default)]
 struct Held {
-    rows: [Row; 6],
+    rows: [ConstraintRow; 6],
     count: usize,
 }
 
 impl Held {
-    fn without(&self, mut x: Row) -> Row {
+    fn without(&self, mut x: ConstraintRow) -> ConstraintRow {
         for row in &self.rows[..self.count] {
             let part = dot(row, &x);
             for (x, row) in x.iter_mut().zip(row) {
@@ -50,7 +50,7 @@ impl Held {
     }
 
     /// Adds a direction; false when no free direction is left.
-    fn hold(&mut self, row: Row) -> bool {
+    fn hold(&mut self, row: ConstraintRow) -> bool {
         let length = dot(&row, &row).sqrt();
         // Twice, so that they stay orthogonal to rounding.
         let rest = self.without(self.without(row));
@@ -63,7 +63,7 @@ impl Held {
     }
 }
 
-fn dot(a: &Row, b: &Row) -> f64 {
+fn dot(a: &ConstraintRow, b: &ConstraintRow) -> f64 {
     let mut sum = 0.0;
     for k in 0..6 {
         sum += a[k] * b[k];
@@ -100,7 +100,7 @@ pub(super) fn correction(
         for point in &problem.points[pair.first..pair.end] {
             let arm = pair.origin + point.r - solved.center;
             let friction_arm = pair.origin + point.friction_r - solved.center;
-            let row = |axis: Vec3, arm: Vec3| -> Row {
+            let row = |axis: Vec3, arm: Vec3| -> ConstraintRow {
                 let moment = arm.cross(axis) / gyration;
                 [axis.x, axis.y, axis.z, moment.x, moment.y, moment.z]
             };

@@ -10,7 +10,7 @@
 //!
 //! No arm is longer than the smaller shape: a patch does not extend beyond it, whatever lever is stated.
 //!
-//! Shapes that touch with flat faces do not need it: their points are apart from each other and hold the
+//! Shapes that touch with flat faces do not need it: their points lie at distances from each other and hold the
 //! torque by themselves.
 
 use palmares_models::hand::Pad;

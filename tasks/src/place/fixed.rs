@@ -2,7 +2,7 @@
 
 use super::placed::Placed;
 use super::rng::SceneRng;
-use crate::task::{Fixed, Kind};
+use crate::task::{DrawableObject, Fixed};
 use palmares_models::{Pose, Rotation, Vec3, rotation};
 
 /// Poses for the objects, in their order. In the list an object comes after the one on which it is.
@@ -39,7 +39,7 @@ struct Slack<'a> {
 }
 
 /// Lowest and highest corner of all that the objects can fill, m.
-pub(super) fn room(list: &[Fixed], kinds: &[Kind]) -> Option<([f64; 3], [f64; 3])> {
+pub(super) fn room(list: &[Fixed], kinds: &[DrawableObject]) -> Option<([f64; 3], [f64; 3])> {
     let mut stands: Vec<Slack<'_>> = Vec::new();
     let (mut low, mut high) = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
     for one in list {

@@ -10,7 +10,7 @@ pub use placed::Placed;
 pub use pour::drop_points;
 pub use rng::SceneRng;
 
-use crate::task::{Kind, Placing, Task};
+use crate::task::{DrawableObject, Placing, Task};
 use palmares_models::Pose;
 use palmares_models::object::Object;
 use std::sync::Arc;
@@ -59,8 +59,11 @@ pub fn placing_room(task: &Task) -> Option<([f64; 3], [f64; 3])> {
 /// The objects of a run, in the order of the scene.
 fn draw(task: &Task, dice: &mut SceneRng) -> Vec<Placed> {
     let (kinds, count) = (&task.objects.kinds, task.objects.count);
-    let placed =
-        |object: Arc<Object>, kind: &Kind| Placed { object, pose: Pose::IDENTITY, color: kind.color };
+    let placed = |object: Arc<Object>, kind: &DrawableObject| Placed {
+        object,
+        pose: Pose::IDENTITY,
+        color: kind.color,
+    };
     if let (Some(equal), [kind]) = (&task.objects.equal, kinds.as_slice()) {
         return (0..count)
             .map(|k| {
@@ -73,7 +76,7 @@ fn draw(task: &Task, dice: &mut SceneRng) -> Vec<Placed> {
     if kinds.len() == count {
         return kinds.iter().map(|kind| placed(Arc::clone(&kind.object), kind)).collect();
     }
-    let mut left: Vec<&Kind> = kinds.iter().collect();
+    let mut left: Vec<&DrawableObject> = kinds.iter().collect();
     (0..count.min(left.len()))
         .map(|_| {
             let kind = left.remove(dice.below(left.len()));

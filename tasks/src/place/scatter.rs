@@ -47,10 +47,10 @@ impl Standing {
         self.parts.iter().any(|(at, shape, around)| {
             let grown = Aabb::new(around.mins - Vec3::splat(gap), around.maxs + Vec3::splat(gap));
             other.parts.iter().any(|(at_other, shape_other, around_other)| {
-                let apart = (0..3)
+                let bounds_clear = (0..3)
                     .any(|k| grown.mins[k] > around_other.maxs[k] || grown.maxs[k] < around_other.mins[k]);
                 // Shapes for which parry knows no distance count as touching.
-                !apart
+                !bounds_clear
                     && query::distance(at, &**shape, at_other, &**shape_other)
                         .map_or(true, |d| d.distance < gap)
             })

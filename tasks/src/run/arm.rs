@@ -2,7 +2,7 @@
 
 use super::Run;
 use super::carrying::{ArmState, Carrying, Swing};
-use super::targets::Target;
+use super::targets::BaseMotion;
 use crate::action::BaseTarget;
 use crate::observation::ArmReading;
 use palmares_models::arm::Arm;
@@ -19,14 +19,14 @@ impl Run {
         let Carrying { arm: it, state } = self.carrying.as_mut()?;
         let base = &self.world.model().config().base;
         let to = match (&self.target, &self.applied.base) {
-            (Target::Joints, Some(BaseTarget::Joints { joints })) => {
+            (BaseMotion::Joints, Some(BaseTarget::Joints { joints })) => {
                 arm::towards_joints(it, &state.set, joints, tick_s)
             }
-            (Target::Pose { to, .. }, _) => arm::towards_pose(it, &state.set, *to, base, tick_s),
-            (Target::Twist { linear, angular }, _) => {
+            (BaseMotion::Pose { to, .. }, _) => arm::towards_pose(it, &state.set, *to, base, tick_s),
+            (BaseMotion::Twist { linear, angular }, _) => {
                 arm::towards_twist(it, &state.set, *linear, *angular, base, tick_s)
             }
-            (Target::Joints, _) => state.set.clone(),
+            (BaseMotion::Joints, _) => state.set.clone(),
         };
         let from = std::mem::replace(&mut state.set, to);
         Some(Swing::between(from, &state.set, tick_s))

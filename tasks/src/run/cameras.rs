@@ -136,7 +136,7 @@ impl Cameras {
     }
 }
 
-/// What the people who watch a film want to see.
+/// The bodies that a film shows.
 fn interest(scene: &Scene, hand: &Hand) -> Interest {
     let first = scene.bodies.len();
     let fingers = hand.fingers().into_iter().flat_map(|finger| finger.links);

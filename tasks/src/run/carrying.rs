@@ -45,7 +45,7 @@ impl Carrying {
         Ok(Some(it))
     }
 
-    /// Puts the joints where the base is at a pose, from where they are; or tells how far it is from there.
+    /// Puts the joints where the base is at a pose, from where they are; or returns how far it is from there.
     pub(super) fn put(&mut self, base: Pose) -> Result<(), String> {
         let found = arm::place(&self.arm, &self.state.set, base);
         if !found.is_there() {

@@ -45,8 +45,8 @@ mod tests {
             let pixels = |body: usize| image.body.iter().filter(|shown| usize::from(**shown) == body).count();
             let fingers = run.hand().fingers();
             let of = |links: &[usize]| links.iter().map(|link| pixels(first + link)).sum::<usize>();
-            let seen = fingers.iter().filter(|finger| of(&finger.links) > 20).count();
-            assert!(2 * seen > fingers.len(), "{task} {hand}: {seen} of {} fingers", fingers.len());
+            let visible = fingers.iter().filter(|finger| of(&finger.links) > 20).count();
+            assert!(2 * visible > fingers.len(), "{task} {hand}: {visible} of {} fingers", fingers.len());
             let objects = run.object_states().count();
             let shown = (0..objects).filter(|object| pixels(*object) > 20).count();
             assert!(2 * shown > objects, "{task} {hand}: {shown} of {objects} objects");

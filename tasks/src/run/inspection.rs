@@ -96,14 +96,17 @@ mod tests {
     }
 
     #[test]
-    fn it_tells_what_the_controller_is_told_with_the_bodies_ids() {
+    fn it_has_the_observation_of_the_controller_with_the_bodies_ids() {
         let run = run();
-        let seen = run.observe(Sensing::Truth);
-        let truth = seen.truth.expect("the truth");
-        let told = run.telemetry();
-        assert_eq!((&told.q, &told.predicted), (&truth.joints.position.0, &truth.predicted_equilibrium.0));
+        let observation = run.observe(Sensing::Truth);
+        let truth = observation.truth.expect("the truth");
+        let telemetry = run.telemetry();
+        assert_eq!(
+            (&telemetry.q, &telemetry.predicted),
+            (&truth.joints.position.0, &truth.predicted_equilibrium.0)
+        );
         for (motor, [command, position, _, tension]) in
-            told.motors.iter().zip(seen.hand.of("motors").as_chunks().0)
+            telemetry.motors.iter().zip(observation.hand.of("motors").as_chunks().0)
         {
             assert_eq!((motor.command, motor.position, motor.tension), (*command, *position, *tension));
         }
@@ -129,8 +132,8 @@ mod tests {
         let run = run();
         let (model, state) = (run.world().model(), run.world().state());
         let objects: Vec<Pose> = (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect();
-        let told = run.telemetry_model().poses(state.base, &state.q, &objects);
-        assert_eq!(told, run.poses().collect::<Vec<_>>());
+        let poses = run.telemetry_model().poses(state.base, &state.q, &objects);
+        assert_eq!(poses, run.poses().collect::<Vec<_>>());
     }
 
     #[test]
@@ -170,9 +173,9 @@ mod tests {
         // The force is that on the second of two.
         let sample =
             RunSample { contacts: vec![press(by, on, force), press(on, by, -force)], ..run.sample() };
-        let told = run.telemetry_model().telemetry(&sample).fingers;
-        assert_eq!(told.len(), 5);
-        for finger in told {
+        let fingers = run.telemetry_model().telemetry(&sample).fingers;
+        assert_eq!(fingers.len(), 5);
+        for finger in fingers {
             let expected = if finger.name == thumb.name { [2.0, 4.0, 6.0] } else { [0.0; 3] };
             assert_eq!(finger.force, expected, "{}", finger.name);
             let turned = if finger.name == thumb.name { [-0.4, 0.2, 0.0] } else { [0.0; 3] };
@@ -186,12 +189,12 @@ mod tests {
             let hand = Hand::builtin("softhand").expect("built in");
             let mut run = Run::new(task, hand, Seed::from_u64(1)).expect("a scene");
             for _ in 0..2 {
-                let told = run.explain();
-                assert_eq!(told.len(), run.scene().bodies.iter().filter(|body| body.free).count());
+                let verdicts = run.explain();
+                assert_eq!(verdicts.len(), run.scene().bodies.iter().filter(|body| body.free).count());
                 // A block with a hole is an object of no goal.
                 let explained =
                     |verdict: &ObjectStatus| !verdict.reasons.is_empty() || verdict.place == "none";
-                assert!(told.iter().all(|verdict| !verdict.counts && explained(verdict)), "{told:?}");
+                assert!(verdicts.iter().all(|verdict| !verdict.counts && explained(verdict)), "{verdicts:?}");
                 run.step(&Action::default()).expect("valid");
             }
         }
@@ -212,7 +215,7 @@ mod tests {
         run.step(&Action::default()).expect("valid");
         let falling = run.explain().remove(0);
         assert!(!falling.counts && falling.place == "on_the_way", "{falling:?}");
-        let holds = |told: &ObjectStatus| told.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
+        let holds = |status: &ObjectStatus| status.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
         assert_eq!(holds(&falling), [true, false, false]);
         for _ in 0..500 {
             run.step(&Action::default()).expect("valid");

@@ -63,7 +63,7 @@ use palmares_sim::{Fault, SharedScratch, World};
 use run_key::RunKey;
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
-use targets::{Pushing, Target};
+use targets::{BaseMotion, Pushing};
 
 /// Compute budget of the settling after a run, in the unit of [`palmares_sim::bounds`]: some seconds. Then the referee counts
 /// the objects at their present poses.
@@ -86,7 +86,7 @@ pub struct Run {
     image_cache: ImageCache,
     referee: AnyReferee,
     tick: u64,
-    target: Target,
+    target: BaseMotion,
     /// The arm that carries the hand.
     carrying: Option<Carrying>,
     /// Pose of the base when the shake began.
@@ -146,7 +146,11 @@ impl Run {
             body_names: built.body_names.into(),
             world: built.world,
             tick: 0,
-            target: if carrying.is_some() { Target::Joints } else { Target::Pose { from: base, to: base } },
+            target: if carrying.is_some() {
+                BaseMotion::Joints
+            } else {
+                BaseMotion::Pose { from: base, to: base }
+            },
             carrying,
             shaken_at: None,
             applied,
@@ -328,12 +332,12 @@ impl Run {
     pub fn finish(&mut self, reason: Reason) -> Outcome {
         let (ticks, sim_time_s) = (self.tick, self.sim_time_s());
         let here = self.world.state().reference.pose;
-        self.target = Target::Pose { from: here, to: here };
+        self.target = BaseMotion::Pose { from: here, to: here };
         self.pushing.clear();
         let mut work = 0;
         if reason != Reason::WorldFault {
             for _ in 0..(self.task.rules.settle_s() / self.task.tick_s).ceil() as u64 {
-                let still = self.sightings().iter().all(|seen| seen.at_rest) && self.tick > ticks;
+                let still = self.sightings().iter().all(|object| object.at_rest) && self.tick > ticks;
                 if still || work > SETTLING_WORK || !self.healthy() {
                     break;
                 }

@@ -91,13 +91,13 @@ impl Run {
     }
 
     fn observe_contacts(&self) -> Contacts {
-        let seen = self.world.contact_forces();
+        let forces = self.world.contact_forces();
         let name = |collider: u32| self.body_names[collider as usize].clone();
         Contacts {
-            a: seen.iter().map(|contact| name(contact.colliders.0)).collect(),
-            b: seen.iter().map(|contact| name(contact.colliders.1)).collect(),
-            position: Table(seen.iter().map(|contact| contact.position.to_array()).collect()),
-            force: Table(seen.iter().map(|contact| contact.force.to_array()).collect()),
+            a: forces.iter().map(|contact| name(contact.colliders.0)).collect(),
+            b: forces.iter().map(|contact| name(contact.colliders.1)).collect(),
+            position: Table(forces.iter().map(|contact| contact.position.to_array()).collect()),
+            force: Table(forces.iter().map(|contact| contact.force.to_array()).collect()),
         }
     }
 }

@@ -1,8 +1,8 @@
-//! What is put elsewhere in a run.
+//! New poses, velocities and motor positions in a run.
 
 use crate::observation::BodyState;
 
-/// What is put elsewhere, in the units of observations. The rest stays as it is.
+/// New poses, velocities and motor positions, in the units of observations. The rest stays as it is.
 #[derive(Clone, Debug, Default)]
 pub struct Placement {
     /// Pose and velocity of the base.

@@ -4,7 +4,7 @@
 use super::Run;
 use super::cameras::ImageCache;
 use super::placement::Placement;
-use super::targets::Target;
+use super::targets::BaseMotion;
 use crate::action::{BaseTarget, unit};
 use crate::observation::BodyState;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -33,7 +33,7 @@ impl Run {
         }
     }
 
-    /// Puts the hand, its motors or the objects elsewhere. The target of the base goes along. What is put where it is, bit for bit,
+    /// Puts the hand, its motors or the objects elsewhere. The target of the base goes along. Putting a thing where it is, bit for bit,
     /// changes nothing.
     ///
     /// # Errors
@@ -100,10 +100,10 @@ impl Run {
         if to.base.is_some() {
             let HandMotion { base, .. } = hand;
             let (position, quat_xyzw) = (base.translation.to_array(), base.rotation.to_array());
-            self.target = Target::Pose { from: base, to: base };
+            self.target = BaseMotion::Pose { from: base, to: base };
             self.applied.base = Some(BaseTarget::Pose { position, quat_xyzw });
             if let Some(carrying) = &self.carrying {
-                (self.target, self.applied.base) = (Target::Joints, Some(carrying.target()));
+                (self.target, self.applied.base) = (BaseMotion::Joints, Some(carrying.target()));
             }
         }
         Ok(())

@@ -4,7 +4,7 @@ use super::Run;
 use super::cameras::ImageCache;
 use super::run_key::RunKey;
 use super::snapshot::{Applied, Noted, Snapshot, SnapshotError, events, noted};
-use super::targets::{Pushing, Target};
+use super::targets::{BaseMotion, Pushing};
 use crate::action::Action;
 use crate::task::MAX_DELAY;
 use palmares_sim::World;
@@ -125,7 +125,7 @@ impl Run {
             ("referee", self.referee.fits(&from.referee)),
             ("camera pictures", from.pose_history.fits(self.body_names.len())),
             ("tick", from.tick < MAX_TICKS),
-            ("target", from.target.is_finite() && (arm.is_some() || from.target != Target::Joints)),
+            ("target", from.target.is_finite() && (arm.is_some() || from.target != BaseMotion::Joints)),
             ("arm", from.arm.is_some() == arm.is_some()),
             ("arm", from.arm.iter().zip(self.arm()).all(|(state, arm)| state.fits(arm))),
             ("shake", from.shaken_at.is_none_or(|pose| pose.is_finite())),

@@ -20,7 +20,7 @@ pub(super) struct RunKey {
     real_noise: bool,
     /// Hash of the task with its own steps, if these are longer.
     finer_task_hash: Option<String>,
-    /// Of the scene: objects settle with the task's steps, and what does not settle is drawn again.
+    /// Hash of the scene: objects settle with the task's steps, and a scene that does not settle is drawn again.
     scene_hash: String,
 }
 

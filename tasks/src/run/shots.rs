@@ -44,7 +44,7 @@ pub enum ShotError {
         known: String,
     },
     /// Bodies are part of the truth.
-    #[error("which body a pixel shows is told with sensing \"truth\" only")]
+    #[error("the bodies of the pixels need sensing \"truth\"")]
     Hidden,
 }
 

@@ -3,7 +3,7 @@
 use super::cameras::PoseHistory;
 use super::carrying::ArmState;
 use super::run_key::RunKey;
-use super::targets::{Pushing, Target};
+use super::targets::{BaseMotion, Pushing};
 use crate::action::{Action, BaseTarget};
 use crate::observation::Event;
 use crate::seed::Seed;
@@ -36,7 +36,7 @@ pub struct Snapshot {
     pub(super) referee: RefereeState,
     pub(super) pose_history: PoseHistory,
     pub(super) tick: u64,
-    pub(super) target: Target,
+    pub(super) target: BaseMotion,
     pub(super) arm: Option<ArmState>,
     pub(super) shaken_at: Option<Pose>,
     pub(super) applied: Applied,

@@ -1,6 +1,6 @@
 //! A view that shows fingers and objects, and the light of a film.
 //!
-//! The view does not move: hand, objects and goals of tick 0 fill the picture. Of a few directions it has the one that sees most
+//! The view does not move: hand, objects and goals of tick 0 fill the picture. Its direction is the one of a few that shows most
 //! links of the fingers and most objects.
 
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
@@ -21,9 +21,9 @@ const AZIMUTHS_DEG: [f64; 8] = [0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 180.
 const ELEVATIONS_DEG: [f64; 3] = [30.0, 18.0, 45.0];
 /// A direction must show so much more than an earlier one to be better: earlier ones are those that people expect.
 const BETTER: f64 = 0.03;
-/// Size of the pictures that the choice is made by, and the pixels with which a body counts as seen.
+/// Size of the pictures that the choice is made by, and the pixels with which a body counts as visible.
 const TRIAL: (u32, u32) = (160, 120);
-const SEEN_PIXELS: f64 = 6.0;
+const VISIBLE_PIXELS: f64 = 6.0;
 /// The light: angle from the view about the vertical and above the horizon, degrees; distance in radii of the scene.
 const LIGHT_AZIMUTH_DEG: f64 = -50.0;
 const LIGHT_ELEVATION_DEG: f64 = 58.0;
@@ -31,7 +31,7 @@ const LIGHT_DISTANCE: f64 = 4.0;
 /// The scene that has shadows is so much larger than what is of interest at tick 0.
 const LIGHT_MARGIN: f64 = 1.25;
 
-/// What a film shows, and from where.
+/// The content of a film, and its viewpoint.
 #[derive(Clone, Debug)]
 pub(super) struct Studio {
     /// Points that must be in the picture, each with a distance around it, m.
@@ -154,7 +154,7 @@ impl Studio {
 /// Radius around the origin of a link, m.
 const LINK_M: f64 = 0.02;
 
-/// The mean of two parts: that of the links of fingers and that of the objects that are seen.
+/// The mean of two parts: that of the links of fingers and that of the visible objects.
 fn shown(bodies: &[u16], interest: &Interest) -> f64 {
     let most =
         bodies.iter().filter(|body| **body != GBuffer::NOTHING).max().map_or(0, |body| usize::from(*body));
@@ -162,10 +162,11 @@ fn shown(bodies: &[u16], interest: &Interest) -> f64 {
     for body in bodies.iter().filter(|body| **body != GBuffer::NOTHING) {
         pixels[usize::from(*body)] += 1;
     }
-    let seen = |body: &usize| (pixels.get(*body).copied().map_or(0.0, f64::from) / SEEN_PIXELS).min(1.0);
+    let visible =
+        |body: &usize| (pixels.get(*body).copied().map_or(0.0, f64::from) / VISIBLE_PIXELS).min(1.0);
     let part = |bodies: &[usize]| match bodies.len() {
         0 => 1.0,
-        count => bodies.iter().map(seen).sum::<f64>() / count as f64,
+        count => bodies.iter().map(visible).sum::<f64>() / count as f64,
     };
     0.5 * (part(&interest.fingers) + part(&interest.objects))
 }

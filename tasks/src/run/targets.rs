@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Target of the base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) enum Target {
+pub(super) enum BaseMotion {
     /// Go from one pose to the next during the tick, then stay.
     Pose { from: Pose, to: Pose },
     /// Keep a velocity.
@@ -14,13 +14,13 @@ pub(super) enum Target {
     Joints,
 }
 
-impl Target {
+impl BaseMotion {
     /// Whether every number is finite.
     pub(super) fn is_finite(&self) -> bool {
         match self {
-            Target::Pose { from, to } => from.is_finite() && to.is_finite(),
-            Target::Twist { linear, angular } => linear.is_finite() && angular.is_finite(),
-            Target::Joints => true,
+            BaseMotion::Pose { from, to } => from.is_finite() && to.is_finite(),
+            BaseMotion::Twist { linear, angular } => linear.is_finite() && angular.is_finite(),
+            BaseMotion::Joints => true,
         }
     }
 }

@@ -139,36 +139,37 @@ impl TelemetryModel {
     }
 
     /// The telemetry of a sample.
-    pub fn telemetry(&self, seen: &RunSample) -> Telemetry {
-        let motors = seen.motors.iter().enumerate().map(|(k, reached)| Motor {
+    pub fn telemetry(&self, sample: &RunSample) -> Telemetry {
+        let motors = sample.motors.iter().enumerate().map(|(k, reached)| Motor {
             command: reached.command,
             position: reached.position,
-            tension: self.hand.motor_load(k, &seen.tension),
-            motor_work_j: seen.motor_work_j[k],
+            tension: self.hand.motor_load(k, &sample.tension),
+            motor_work_j: sample.motor_work_j[k],
         });
         Telemetry {
             motors: motors.collect(),
-            tension: seen.tension.clone(),
-            q: seen.q.clone(),
-            predicted: self.predict(&seen.motors, &seen.locked),
-            fingers: self.fingers.iter().map(|finger| wrench(finger, seen)).collect(),
-            touch: self.touch(seen),
-            readings: seen.readings.clone(),
+            tension: sample.tension.clone(),
+            q: sample.q.clone(),
+            predicted: self.predict(&sample.motors, &sample.locked),
+            fingers: self.fingers.iter().map(|finger| wrench(finger, sample)).collect(),
+            touch: self.touch(sample),
+            readings: sample.readings.clone(),
         }
     }
 
-    fn touch(&self, seen: &RunSample) -> Vec<[f64; 3]> {
+    fn touch(&self, sample: &RunSample) -> Vec<[f64; 3]> {
         if self.hand.tactile.is_empty() {
             return Vec::new();
         }
-        let links = self.hand.base_from_links(&seen.q).into_iter().map(|link| seen.base * link);
-        touch::forces(&self.hand, &links.collect::<Vec<_>>(), &seen.contacts)
+        let links = self.hand.base_from_links(&sample.q).into_iter().map(|link| sample.base * link);
+        touch::forces(&self.hand, &links.collect::<Vec<_>>(), &sample.contacts)
     }
 
     /// Every touching contact.
-    pub fn contacts(&self, seen: &RunSample) -> Vec<Contact> {
+    pub fn contacts(&self, sample: &RunSample) -> Vec<Contact> {
         let side = |collider: u32| self.colliders.get(collider as usize).copied().unwrap_or_default();
-        seen.contacts
+        sample
+            .contacts
             .iter()
             .map(|contact| {
                 let ((a, friction_a), (b, friction_b)) =
@@ -190,9 +191,9 @@ impl TelemetryModel {
     }
 }
 
-fn wrench(finger: &Finger, seen: &RunSample) -> FingerWrench {
+fn wrench(finger: &Finger, sample: &RunSample) -> FingerWrench {
     let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
-    for contact in &seen.contacts {
+    for contact in &sample.contacts {
         for (owner, sign) in [(contact.a, -1.0), (contact.b, 1.0)] {
             if let Owner::Link(link) = owner
                 && finger.links.contains(&link)
@@ -200,7 +201,7 @@ fn wrench(finger: &Finger, seen: &RunSample) -> FingerWrench {
                 force += contact.force * sign;
                 torque += contact.torque * sign;
                 for (at, part) in contact.parts() {
-                    torque += (at - seen.base.translation).cross(part * sign);
+                    torque += (at - sample.base.translation).cross(part * sign);
                 }
             }
         }

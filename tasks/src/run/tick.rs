@@ -3,7 +3,7 @@
 //! An applied action is its own clipped form, so that the applied actions play the run again, bit for bit.
 
 use super::Run;
-use super::targets::Target;
+use super::targets::BaseMotion;
 use crate::action::{Action, ActionError, ActionLimits, BaseTarget, clipped, unit};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::shortest_turn;
@@ -57,25 +57,25 @@ impl Run {
                     let to = Pose::from_parts(Vec3::from_array(position), rotation);
                     let from = self.origin_of(to);
                     let quat_xyzw = rotation.to_array();
-                    (BaseTarget::Pose { position, quat_xyzw }, Target::Pose { from, to })
+                    (BaseTarget::Pose { position, quat_xyzw }, BaseMotion::Pose { from, to })
                 }
                 BaseTarget::Twist { linear, angular } => {
                     let linear = clipped(Vec3::from_array(*linear), limits.speed_limit);
                     let angular = clipped(Vec3::from_array(*angular), limits.angular_speed_limit);
                     let clipped =
                         BaseTarget::Twist { linear: linear.to_array(), angular: angular.to_array() };
-                    (clipped, Target::Twist { linear, angular })
+                    (clipped, BaseMotion::Twist { linear, angular })
                 }
                 BaseTarget::Joints { joints } => {
                     // The check has refused joints without an arm.
                     let joints = self.arm().map_or_else(|| joints.clone(), |arm| arm.within(joints));
-                    (BaseTarget::Joints { joints }, Target::Joints)
+                    (BaseTarget::Joints { joints }, BaseMotion::Joints)
                 }
             };
             self.target = target;
             self.applied.base = Some(clipped);
-        } else if let Target::Pose { to, .. } = self.target {
-            self.target = Target::Pose { from: to, to };
+        } else if let BaseMotion::Pose { to, .. } = self.target {
+            self.target = BaseMotion::Pose { from: to, to };
         }
         if let Some(sigma) = &action.hand {
             self.applied.hand = Some(sigma.iter().map(|x| x.clamp(0.0, 1.0)).collect());
@@ -90,14 +90,14 @@ impl Run {
     fn origin_of(&self, to: Pose) -> Pose {
         let limits = &self.world.model().config().base;
         match self.target {
-            Target::Pose { to: last, .. } => {
+            BaseMotion::Pose { to: last, .. } => {
                 let tick_s = self.task.tick_s;
                 let path = (to.translation - last.translation).length() <= limits.speed_limit * tick_s
                     && shortest_turn(last.rotation, to.rotation).length()
                         <= limits.angular_speed_limit * tick_s;
                 if path { last } else { to }
             }
-            Target::Twist { .. } | Target::Joints => to,
+            BaseMotion::Twist { .. } | BaseMotion::Joints => to,
         }
     }
 
@@ -132,7 +132,7 @@ impl Run {
             let part = k as f64 / steps as f64;
             command.base = match self.target {
                 _ if let (Some(swing), Some(arm)) = (&swing, self.arm()) => swing.command(arm, part),
-                Target::Pose { from, to } => {
+                BaseMotion::Pose { from, to } => {
                     let turn = shortest_turn(from.rotation, to.rotation);
                     let travel = to.translation - from.translation;
                     let target = Pose::from_parts(
@@ -142,8 +142,8 @@ impl Run {
                     let rate = 1.0 / self.task.tick_s;
                     BaseCommand::Pose { target, linear: travel * rate, angular: turn * rate }
                 }
-                Target::Twist { linear, angular } => BaseCommand::Twist { linear, angular },
-                Target::Joints => BaseCommand::stay(self.world.state().reference.pose),
+                BaseMotion::Twist { linear, angular } => BaseCommand::Twist { linear, angular },
+                BaseMotion::Joints => BaseCommand::stay(self.world.state().reference.pose),
             };
             self.pushes_into(&mut command.pushes);
             work += self.world.step(&command).work;

@@ -13,13 +13,13 @@ const SIZES: RangeInclusive<f64> = 0.1..=10.0;
 /// Factors of the objects, one for each in scene order, and uncertain numbers of the hand by their names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Given {
-    /// Of masses.
+    /// Factors of masses.
     pub mass: Option<Vec<f64>>,
-    /// Of friction coefficients.
+    /// Factors of friction coefficients.
     pub friction: Option<Vec<f64>>,
-    /// Of lengths, the masses staying as they are.
+    /// Factors of lengths; the masses stay as they are.
     pub size: Option<Vec<f64>>,
-    /// Of the hand: each a factor of its own number or the number itself, as `[uncertain]` of its `hand.toml` says.
+    /// Numbers of the hand: each a factor of its own number or the number itself, as `[uncertain]` of its `hand.toml` says.
     pub hand: BTreeMap<String, f64>,
 }
 

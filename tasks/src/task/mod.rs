@@ -10,7 +10,7 @@ mod rules;
 mod training;
 mod variation;
 
-pub(crate) use objects::Kind;
+pub(crate) use objects::DrawableObject;
 pub(crate) use rules::REST_SPEED;
 pub(crate) use variation::Variation;
 
@@ -24,8 +24,8 @@ pub use given::Given;
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
 pub use rules::{
-    Aim, AnyReferee, Arrange, Collect, Goal, GoalInfo, Hold, HoldPoints, RefereeState, RuleKind, Rules,
-    Target, Within,
+    Aim, AnyReferee, Arrange, Collect, Destination, Goal, GoalInfo, Hold, HoldPoints, RefereeState, RuleKind,
+    Rules, Within,
 };
 pub use training::{
     Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
@@ -94,7 +94,7 @@ pub struct Task {
     variation: Option<Arc<Variation>>,
 }
 
-/// What a task with longer steps was with its own.
+/// The step and the hash that a task with longer steps had with its own.
 #[derive(Clone, Debug)]
 pub(crate) struct Finer {
     pub(crate) content_hash: String,
@@ -363,7 +363,7 @@ impl Task {
         inner.chain(self.regions.iter().map(|r| (r.name.as_str(), (r.min, r.max))))
     }
 
-    /// The region of a name. Those that the task's own fields name are there.
+    /// The region of a name. Regions that the task's own fields name are there.
     pub fn region(&self, name: &str) -> Option<([f64; 3], [f64; 3])> {
         self.regions().find(|(known, _)| *known == name).map(|(_, corners)| corners)
     }

@@ -29,7 +29,7 @@ pub struct Objects {
     pub own: Vec<OwnObject>,
     /// Everything that can be drawn; made when the file is read.
     #[serde(skip)]
-    pub(crate) kinds: Vec<Kind>,
+    pub(crate) kinds: Vec<DrawableObject>,
 }
 
 /// Objects of one kind that is only this task's.
@@ -58,7 +58,7 @@ pub struct Equal {
 
 /// Something that can be drawn.
 #[derive(Clone, Debug)]
-pub(crate) struct Kind {
+pub(crate) struct DrawableObject {
     pub(crate) object: Arc<Object>,
     pub(crate) color: [f64; 3],
 }
@@ -92,8 +92,8 @@ impl Objects {
         &self,
         file: &Path,
         files: Option<&Files>,
-    ) -> Result<(Vec<Kind>, Vec<LoadWarning>), ObjectError> {
-        let (mut kinds, mut warnings): (Vec<Kind>, _) = (Vec::new(), Vec::new());
+    ) -> Result<(Vec<DrawableObject>, Vec<LoadWarning>), ObjectError> {
+        let (mut kinds, mut warnings): (Vec<DrawableObject>, _) = (Vec::new(), Vec::new());
         for own in &self.own {
             plain_name("objects.own.name", &own.name)?;
             if kinds.iter().any(|kind| kind.object.name == own.name) {
@@ -108,20 +108,20 @@ impl Objects {
                 return Err((problem + "; give it another name").into());
             }
             let (object, odd) = own.read(file, files)?;
-            kinds.push(Kind { object: Arc::new(object), color: own.color });
+            kinds.push(DrawableObject { object: Arc::new(object), color: own.color });
             warnings.extend(odd);
         }
         Ok((kinds, warnings))
     }
 
-    fn chosen(&self, own: &[Kind]) -> Result<Vec<Kind>, String> {
-        let mut kinds: Vec<Kind> = Vec::new();
+    fn chosen(&self, own: &[DrawableObject]) -> Result<Vec<DrawableObject>, String> {
+        let mut kinds: Vec<DrawableObject> = Vec::new();
         for id in &self.from {
             let kind = match own.iter().find(|kind| kind.object.name == *id) {
                 Some(kind) => kind.clone(),
                 None => {
                     let item = Catalogue::builtin().find(id).map_err(|e| format!("objects.from: {e}"))?;
-                    Kind { object: Arc::clone(&item.object), color: item.color }
+                    DrawableObject { object: Arc::clone(&item.object), color: item.color }
                 }
             };
             if kinds.iter().any(|kind| kind.object.name == *id) {
@@ -154,7 +154,7 @@ impl Objects {
 }
 
 impl Equal {
-    fn kind(&self) -> Result<Kind, String> {
+    fn kind(&self) -> Result<DrawableObject, String> {
         let parts = vec![(Pose::IDENTITY, self.shape.clone())];
         let object = Object::new(&self.name, parts, self.mass, self.friction, self.rolling_friction)
             .and_then(|object| object.with_torsional_friction(self.torsional_friction))
@@ -163,7 +163,7 @@ impl Equal {
             return Err("objects.equal.restitution must be in [0, 1]".to_owned());
         }
         let object = Arc::new(object.with_restitution(self.restitution));
-        Ok(Kind { object, color: self.color })
+        Ok(DrawableObject { object, color: self.color })
     }
 }
 

@@ -11,7 +11,7 @@ mod varied;
 
 pub use crate::task::{ActionErrors, Given, Quantity};
 pub use grasp_centre::grasp_centre;
-pub use options::Options;
+pub use options::TrainingOptions;
 pub use potential::{Potential, Terms};
 pub use shaper::Shaper;
 
@@ -36,7 +36,7 @@ pub fn open(
     hand: &Arc<Hand>,
     seed: Seed,
     noise: Noise,
-    options: &Options,
+    options: &TrainingOptions,
 ) -> Result<Run, SceneError> {
     if options.vary_nothing() {
         return Ok(Run::new(Arc::clone(task), Arc::clone(hand), seed)?.with_noise(noise));

@@ -15,7 +15,7 @@ const ONE_OF_HAND: &str = "hand_";
 
 /// In what runs differ from those of their task.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct TrainingOptions {
     /// The task's ranges of what is drawn.
     pub(super) ranges: Ranges,
     /// The hand.
@@ -24,7 +24,7 @@ pub struct Options {
     pub(super) count: usize,
     /// Length of a step of the integration, s.
     pub(super) step_s: f64,
-    /// What is given rather than drawn.
+    /// Numbers that are given rather than drawn.
     pub(super) given: Given,
     pub(super) actions: ActionErrors,
     /// Number of objects of the task, its step and its tick, s.
@@ -35,13 +35,13 @@ pub struct Options {
     needs_all: Option<String>,
 }
 
-impl Options {
+impl TrainingOptions {
     /// Nothing differs.
     pub fn none(task: &Task) -> Self {
         let count = task.objects.count;
         let named = task.rules.in_order() || matches!(task.place, Placing::Fixed(_));
         let needs_all = named.then(|| task.name.clone());
-        Options {
+        TrainingOptions {
             ranges: Ranges::default(),
             hand: HandDraw::Own,
             count,
@@ -62,7 +62,7 @@ impl Options {
     pub fn randomise_all(self, task: &Task, hand: &Hand) -> Result<Self, String> {
         let ranges = task.training.randomise.clone();
         let drawn = if ranges.hand { HandDraw::All } else { HandDraw::Own };
-        Options { ranges, ..self }.draw_hand(hand, drawn)
+        TrainingOptions { ranges, ..self }.draw_hand(hand, drawn)
     }
 
     /// Draws what is named: `hand` is all that is uncertain in the hand, `hand_NAME` one entry.
@@ -103,7 +103,7 @@ impl Options {
             object_poses: declared.object_poses.filter(|_| wanted(Quantity::ObjectPoses)),
             hand: declared.hand,
         };
-        Options { ranges, ..self }.draw_hand(hand, drawn)
+        TrainingOptions { ranges, ..self }.draw_hand(hand, drawn)
     }
 
     /// Draws numbers of the hand.
@@ -112,7 +112,7 @@ impl Options {
     /// The hand has none, or not these.
     pub fn draw_hand(self, hand: &Hand, drawn: HandDraw) -> Result<Self, String> {
         drawn.check(hand).map_err(|problem| format!("randomise: {problem}"))?;
-        Ok(Options { hand: drawn, ..self })
+        Ok(TrainingOptions { hand: drawn, ..self })
     }
 
     /// How the numbers of the hand are drawn.
@@ -134,7 +134,7 @@ impl Options {
                 "fraction: found {part}; task `{task}` speaks of its objects one by one and needs all of them: wanted 1"
             ));
         }
-        Ok(Options { count, ..self })
+        Ok(TrainingOptions { count, ..self })
     }
 
     /// Divides the tick into the fewest equal steps that are no longer than this, s.
@@ -152,7 +152,7 @@ impl Options {
             ));
         }
         let step_s = self.tick_s / (self.tick_s / step_s - 1e-9).ceil();
-        Ok(Options { step_s, ..self })
+        Ok(TrainingOptions { step_s, ..self })
     }
 
     /// Lets actions arrive late and with errors.
@@ -161,7 +161,7 @@ impl Options {
     /// A number is out of bounds.
     pub fn action_errors(self, actions: ActionErrors) -> Result<Self, String> {
         actions.check()?;
-        Ok(Options { actions, ..self })
+        Ok(TrainingOptions { actions, ..self })
     }
 
     /// Length of a step, s.
@@ -175,15 +175,15 @@ impl Options {
     /// A number is out of bounds, or the hand has none of this name.
     pub fn give(self, hand: &Hand, given: Given) -> Result<Self, String> {
         given.check(hand)?;
-        Ok(Options { given, ..self })
+        Ok(TrainingOptions { given, ..self })
     }
 
-    /// What is given.
+    /// The given numbers.
     pub fn given(&self) -> &Given {
         &self.given
     }
 
-    /// Of each uncertain number of the hand: the given or drawn one, if it is either.
+    /// The given or drawn value of each uncertain number of the hand, if it has one.
     pub fn hand_numbers(&self, hand: &Hand, seed: Seed) -> Vec<Option<f64>> {
         let mut numbers = self.hand.each(hand, seed);
         for (number, entry) in numbers.iter_mut().zip(&hand.uncertain) {

@@ -40,7 +40,7 @@ struct Aim {
     object: usize,
     /// The point that must reach the target, in the object's frame, m; None: its centre of mass.
     point: Option<Vec3>,
-    target: Option<Target>,
+    target: Option<TargetBox>,
     /// Height of its centre of mass at tick 0, m.
     height: f64,
     /// Distance of the point from the target then, m.
@@ -49,7 +49,7 @@ struct Aim {
 
 /// Target of an object.
 #[derive(Clone, Copy, Debug)]
-struct Target {
+struct TargetBox {
     /// Index of the object in whose frame it is given, in scene order; None: the world.
     on: Option<usize>,
     low: Vec3,
@@ -149,7 +149,7 @@ impl Potential {
 impl Aim {
     /// Distance of the object from its target, m; `object` gives poses of frames and centres of mass.
     fn away(&self, object: impl Fn(usize) -> (Pose, Vec3)) -> Option<f64> {
-        let Target { on, low, high } = self.target?;
+        let TargetBox { on, low, high } = self.target?;
         let (frame, com) = object(self.object);
         let point = self.point.map_or(com, |point| frame.transform_point(point));
         let point = on.map_or(point, |on| object(on).0.inverse().transform_point(point));
@@ -161,11 +161,11 @@ impl Aim {
 fn aims(task: &Task) -> Vec<Aim> {
     let (corner, region) = (Vec3::from_array, |name: &str| task.region(name));
     let target = |target| match target {
-        task::Target::Region(name) => {
-            region(name).map(|(min, max)| Target { on: None, low: corner(min), high: corner(max) })
+        task::Destination::Region(name) => {
+            region(name).map(|(min, max)| TargetBox { on: None, low: corner(min), high: corner(max) })
         }
-        task::Target::Box { object, min, max } => {
-            Some(Target { on: Some(object), low: corner(min), high: corner(max) })
+        task::Destination::Box { object, min, max } => {
+            Some(TargetBox { on: Some(object), low: corner(min), high: corner(max) })
         }
     };
     let aims = task.rules.aims(&task.objects).into_iter();

@@ -1,6 +1,6 @@
 //! A task as it is in a run that differs.
 
-use super::options::Options;
+use super::options::TrainingOptions;
 use crate::hand_draw::HandDraw;
 use crate::seed::Seed;
 use crate::start::start_pose;
@@ -8,10 +8,10 @@ use crate::task::{ActionErrors, Finer, Given, HandPoses, ObjectPoses, Ranges, Ta
 use palmares_models::content::ContentHash;
 
 impl Task {
-    /// The task as it is in the run of a seed. What is drawn is a function of seed, attempt and options alone; its content
+    /// The task as it is in the run of a seed. The drawn numbers are a function of seed, attempt and options alone; its content
     /// hash differs from the task's.
-    pub(super) fn varied(&self, seed: Seed, attempt: u64, options: &Options) -> Task {
-        let Options { ranges, count, step_s, given, actions, .. } = options;
+    pub(super) fn varied(&self, seed: Seed, attempt: u64, options: &TrainingOptions) -> Task {
+        let TrainingOptions { ranges, count, step_s, given, actions, .. } = options;
         let variation = Variation::new(seed, attempt, ranges.clone(), given.clone(), *actions);
         let mut task = self.clone();
         task.objects.count = *count;
@@ -26,7 +26,7 @@ impl Task {
     }
 
     /// The task of these options with its own steps.
-    fn with_own_steps(&self, options: &Options) -> Finer {
+    fn with_own_steps(&self, options: &TrainingOptions) -> Finer {
         let mut options = options.clone();
         options.step_s = self.step_s;
         let own = options.vary_nothing();
@@ -35,9 +35,9 @@ impl Task {
     }
 }
 
-/// Tells options and task of a varied run from all others, and from the task's own.
-fn content_hash(task: &Task, options: &Options) -> String {
-    let Options { ranges, count, hand, step_s, given, actions, .. } = options;
+/// A hash of options and task of a varied run: it differs from that of all others, and from the task's own.
+fn content_hash(task: &Task, options: &TrainingOptions) -> String {
+    let TrainingOptions { ranges, count, hand, step_s, given, actions, .. } = options;
     let Ranges { mass, friction, size, sensor_noise, hand_pose, object_poses, hand: _ } = ranges;
     let mut hash = ContentHash::of("palmares varied task 1");
     hash.text(task.content_hash());

@@ -351,7 +351,7 @@ impl Pod {
         command.env("PALMARES_URL", "http://127.0.0.1:8080").output().expect("palmares runs")
     }
 
-    /// What `sh -c` prints in the container.
+    /// The output of `sh -c` in the container.
     pub(crate) fn shell(&self, line: &str) -> String {
         let output = self.inside("--all").args(["/bin/sh", "-c", line]).output().expect("nsenter runs");
         let both = [output.stdout, output.stderr].concat();
@@ -376,7 +376,7 @@ impl Pod {
         tasks.filter_map(|task| policy(task.ok()?.path())).collect()
     }
 
-    /// What it has said.
+    /// Its output so far.
     pub(crate) fn log(&self) -> String {
         fs::read_to_string(self.folder.path().join("log")).unwrap_or_default()
     }

@@ -94,7 +94,7 @@ impl Frame {
     }
 }
 
-/// What came from the server.
+/// A message from the server.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Got {
     Text(String),

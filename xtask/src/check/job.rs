@@ -95,7 +95,7 @@ mod tests {
     use crate::check::counts::{FAILED, PASSED};
 
     #[test]
-    fn a_job_has_its_own_output_and_what_fails_or_cannot_run_is_told_apart() {
+    fn a_job_has_its_own_output_and_a_failure_differs_from_a_job_that_cannot_run() {
         let shell = |script: &str| {
             let mut command = Command::new("sh");
             command.args(["-c", script]);

@@ -24,7 +24,7 @@ use std::time::Instant;
 use verdicts::{Files, Inputs, Verdicts};
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct TestOptions {
     /// Keep the verdict of each check whose programs and files are those of an earlier run, and run the others only.
     #[arg(long)]
     quick: bool,
@@ -40,7 +40,7 @@ const FLEET: &str = "../xtask/fleet";
 const TEST_THREADS: &str = "RUST_TEST_THREADS";
 
 /// Runs everything, also after a failure, and returns whether all of it passed.
-pub(crate) fn run(options: &Options) -> Result<bool> {
+pub(crate) fn run(options: &TestOptions) -> Result<bool> {
     let mut viewer = None;
     let mut steps = vec![step("viewer", || {
         let made = Viewer::prepare()?;

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 
-/// What a verdict hangs on.
+/// The inputs of a verdict.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Inputs {
     /// Programs and libraries that it runs.
@@ -124,7 +124,7 @@ impl Files {
         let mut places = vec![own];
         for source in sources(folder)? {
             let text = fs::read_to_string(&source).with_context(|| source.display().to_string())?;
-            // What is included is in the program.
+            // Included files are in the program.
             let text: String =
                 text.lines().filter(|line| !line.contains("include_")).collect::<Vec<_>>().join("\n");
             for (before, after) in text.match_indices("..").map(|(at, _)| text.split_at(at)) {

@@ -23,7 +23,7 @@ const WITHIN: Duration = Duration::from_secs(90);
 const IMAGE: &str = "palmares";
 const HOSTS: [&str; 3] = ["h1", "h2", "h3"];
 
-/// What passed, failed and was skipped.
+/// Checks that passed, failed and were skipped.
 #[derive(Default)]
 struct Report {
     passed: u32,
@@ -115,7 +115,7 @@ struct Fleet<'a> {
     images: &'a Images,
     port: u16,
     project: String,
-    /// What had the name of the image before.
+    /// The image that had the name before.
     tagged_before: Option<String>,
 }
 
@@ -125,7 +125,7 @@ impl<'a> Fleet<'a> {
         let copied =
             Command::new("cp").arg("-r").arg(workspace::root().join("deploy")).arg(folder.path()).status();
         ensure!(copied.is_ok_and(|status| status.success()), "cannot copy deploy/");
-        // The commands say `docker compose`. Without a terminal the older program must be told so.
+        // The commands say `docker compose`. Without a terminal the older program needs an option.
         let bin = folder.path().join("bin");
         fs::create_dir(&bin)?;
         let found = output(Command::new("sh").args(["-c", "command -v docker"]))?;

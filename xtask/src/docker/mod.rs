@@ -30,7 +30,7 @@ const HEALTHY_WITHIN: Duration = Duration::from_secs(90);
 const STOPPED_WITHIN: Duration = Duration::from_secs(45);
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct DockerOptions {
     /// Put cargo's build of the program into the image instead of compiling within it.
     #[arg(long)]
     prebuilt: bool,
@@ -44,7 +44,7 @@ pub(crate) struct Options {
 }
 
 /// `cargo xtask docker`. A missing engine is an error here.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &DockerOptions) -> Result<()> {
     let environment = Environment::prepare()?;
     let prebuilt = || match &options.program {
         // The commands run in other folders.
@@ -107,10 +107,10 @@ fn competition(project: &Project<'_>) -> Result<()> {
         project.up()?;
         let address = project.address()?;
         healthy(project)?;
-        let told: Value = serde_json::from_str(&get(&address, "/v1/competition")?)?;
-        ensure!(told["mode"] == "official", "the competition is {told}");
+        let competition: Value = serde_json::from_str(&get(&address, "/v1/competition")?)?;
+        ensure!(competition["mode"] == "official", "the competition is {competition}");
         ensure!(get(&address, "/v1/sessions").is_err(), "strangers see the sessions");
-        let secret = told["seed_secret_sha256"].as_str().context("no hash of the secret")?;
+        let secret = competition["seed_secret_sha256"].as_str().context("no hash of the secret")?;
         Ok(secret.to_owned())
     };
     let before = secret()?;

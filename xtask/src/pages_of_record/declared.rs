@@ -5,11 +5,11 @@ use toml::{Table, Value};
 
 const FILE: &str = "bench/src/record/pages.toml";
 
-/// What makes pages in one go.
-pub(super) struct Part {
+/// Pages that one command makes.
+pub(super) struct DeclaredPart {
     /// Its name.
     pub name: String,
-    /// What its pages have.
+    /// The content of its pages.
     pub about: String,
     /// Usual time on two idle cores.
     pub hours: f64,
@@ -24,14 +24,14 @@ pub(super) struct Part {
 }
 
 /// All parts, in the order in which they are made.
-pub(super) fn parts() -> Result<Vec<Part>> {
+pub(super) fn parts() -> Result<Vec<DeclaredPart>> {
     let declared: Table = include_str!("../../../bench/src/record/pages.toml").parse().context(FILE)?;
     let parts =
         declared.get("part").and_then(Value::as_array).with_context(|| format!("{FILE}: no [[part]]"))?;
     parts.iter().map(part).collect()
 }
 
-fn part(declared: &Value) -> Result<Part> {
+fn part(declared: &Value) -> Result<DeclaredPart> {
     let text = |key: &str| declared.get(key).and_then(Value::as_str).map(str::to_owned);
     let name = text("name").with_context(|| format!("{FILE}: a part has no name"))?;
     let list = |key: &str| -> Vec<String> {
@@ -40,7 +40,7 @@ fn part(declared: &Value) -> Result<Part> {
     };
     let steps = declared.get("steps_ms").and_then(Value::as_array).into_iter().flatten();
     let steps: Vec<String> = steps.filter_map(Value::as_float).map(|step| step.to_string()).collect();
-    Ok(Part {
+    Ok(DeclaredPart {
         about: text("about").unwrap_or_default(),
         hours: declared.get("hours").and_then(Value::as_float).unwrap_or_default(),
         by_hand: declared.get("by_hand").and_then(Value::as_bool).unwrap_or_default(),

@@ -1,21 +1,21 @@
 //! `cargo xtask pages-of-record`: measures and writes every page of measured results, and continues where it stopped.
 
 mod declared;
+mod finished_parts;
 mod parts;
-mod state;
 mod tools;
 
 use crate::workspace;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
-use declared::Part;
-use state::State;
+use declared::DeclaredPart;
+use finished_parts::FinishedParts;
 use std::fs;
 use std::time::Instant;
 use tools::Tools;
 
 #[derive(Args)]
-pub(crate) struct Options {
+pub(crate) struct RecordPagesOptions {
     /// Name the parts, their usual hours and what is finished with the present engine; measure nothing.
     #[arg(long)]
     list: bool,
@@ -31,22 +31,24 @@ pub(crate) struct Options {
 }
 
 /// Runs the parts that are not finished with the present engine; a part that fails does not keep the others from being made.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &RecordPagesOptions) -> Result<()> {
     let parts = chosen(declared::parts()?, &options.only)?;
     let tools = Tools::new(options.quick)?;
-    let mut state = State::read(&tools.folder, options.quick)?;
+    let mut finished_parts = FinishedParts::read(&tools.folder, options.quick)?;
     let mut open = Vec::new();
     for part in &parts {
         let fingerprint = tools.fingerprint(&part.name)?;
-        let finished = state.finished(&part.name, &fingerprint);
+        let finished = finished_parts.finished(&part.name, &fingerprint);
         if options.list {
-            println!("{}", listed(part, &state, finished));
+            println!("{}", listed(part, &finished_parts, finished));
         }
         if !part.by_hand && (options.again || !finished) {
             open.push((part, fingerprint));
         }
     }
-    let left = |open: &[(&Part, String)]| open.iter().map(|(part, _)| state.usual_hours(part)).sum::<f64>();
+    let left = |open: &[(&DeclaredPart, String)]| {
+        open.iter().map(|(part, _)| finished_parts.usual_hours(part)).sum::<f64>()
+    };
     println!("{} of {} parts are to be made, usually {}", open.len(), parts.len(), hours(left(&open)));
     if options.list || open.is_empty() {
         return Ok(());
@@ -54,14 +56,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     golden(&tools)?;
     let mut failed = Vec::new();
     for (place, (part, fingerprint)) in open.iter().enumerate() {
-        let rest: f64 = open[place..].iter().map(|(part, _)| state.usual_hours(part)).sum();
-        let Part { name, about, .. } = part;
+        let rest: f64 = open[place..].iter().map(|(part, _)| finished_parts.usual_hours(part)).sum();
+        let DeclaredPart { name, about, .. } = part;
         println!("\n== {name}: {about}; part {} of {}, {} are left", place + 1, open.len(), hours(rest));
         let begun = Instant::now();
         match parts::make(part, &tools) {
             Ok(()) => {
                 let took_h = begun.elapsed().as_secs_f64() / 3600.0;
-                state.finish(name, fingerprint, took_h)?;
+                finished_parts.finish(name, fingerprint, took_h)?;
                 println!("== {name} took {}", hours(took_h));
             }
             Err(error) => {
@@ -82,7 +84,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 }
 
 /// The parts of these names, all without names.
-fn chosen(parts: Vec<Part>, only: &[String]) -> Result<Vec<Part>> {
+fn chosen(parts: Vec<DeclaredPart>, only: &[String]) -> Result<Vec<DeclaredPart>> {
     let names = || parts.iter().map(|part| &*part.name).collect::<Vec<_>>().join(", ");
     if let Some(unknown) = only.iter().find(|name| !parts.iter().any(|part| part.name == **name)) {
         bail!("no part `{unknown}`; parts: {}", names());
@@ -90,11 +92,11 @@ fn chosen(parts: Vec<Part>, only: &[String]) -> Result<Vec<Part>> {
     Ok(parts.into_iter().filter(|part| only.is_empty() || only.contains(&part.name)).collect())
 }
 
-fn listed(part: &Part, state: &State, finished: bool) -> String {
+fn listed(part: &DeclaredPart, finished_parts: &FinishedParts, finished: bool) -> String {
     let status = match (part.by_hand, finished) {
         (true, _) => "by hand".to_owned(),
         (false, true) => "finished".to_owned(),
-        (false, false) => hours(state.usual_hours(part)),
+        (false, false) => hours(finished_parts.usual_hours(part)),
     };
     format!("{:<14}{status:<10}{}: {}", part.name, part.about, part.pages.join(", "))
 }
@@ -154,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn durations_are_told_in_minutes_below_an_hour() {
+    fn durations_below_an_hour_are_in_minutes() {
         assert_eq!((hours(0.3), hours(6.0)), ("18 min".to_owned(), "6.0 h".to_owned()));
     }
 }

@@ -1,6 +1,6 @@
 //! The commands of each part. In the quick form each plays what is shortest.
 
-use super::declared::Part;
+use super::declared::DeclaredPart;
 use super::tools::{Tools, played};
 use crate::cargo::build_server;
 use crate::pages::{self, Wanted};
@@ -11,7 +11,7 @@ use std::process::Command;
 use std::thread;
 
 /// Makes a part's pages.
-type Make = fn(&Part, &Tools) -> Result<()>;
+type Make = fn(&DeclaredPart, &Tools) -> Result<()>;
 
 /// The parts by name.
 pub(super) const COMMANDS: [(&str, Make); 13] = [
@@ -43,7 +43,7 @@ const MUJOCO: (&str, &str) = ("mujoco", "mujoco>=4,<5");
 const MATPLOTLIB: (&str, &str) = ("matplotlib", "matplotlib>=3.9");
 
 /// Runs the commands of a part.
-pub(super) fn make(part: &Part, tools: &Tools) -> Result<()> {
+pub(super) fn make(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let (_, make) = COMMANDS
         .into_iter()
         .find(|(name, _)| *name == part.name)
@@ -52,17 +52,17 @@ pub(super) fn make(part: &Part, tools: &Tools) -> Result<()> {
 }
 
 /// The folder of a part's page.
-fn folder(part: &Part, tools: &Tools) -> Result<PathBuf> {
+fn folder(part: &DeclaredPart, tools: &Tools) -> Result<PathBuf> {
     let page = part.pages.first().context("a part has a page")?;
     Ok(tools.place(page)?.parent().context("a page in a folder")?.to_owned())
 }
 
 /// The place of a part's page.
-fn page(part: &Part, tools: &Tools) -> Result<PathBuf> {
+fn page(part: &DeclaredPart, tools: &Tools) -> Result<PathBuf> {
     tools.place(part.pages.first().context("a part has a page")?)
 }
 
-fn report(part: &Part, tools: &Tools) -> Result<()> {
+fn report(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut report = tools.compare()?;
     report.args(["report", "--part", &part.name, "--out"]).arg(folder(part, tools)?);
     if tools.quick {
@@ -79,7 +79,7 @@ fn report(part: &Part, tools: &Tools) -> Result<()> {
     claims(tools)
 }
 
-fn search(part: &Part, tools: &Tools) -> Result<()> {
+fn search(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut search = tools.compare()?;
     search.arg("search").arg("--out").arg(folder(part, tools)?);
     if tools.quick {
@@ -94,7 +94,7 @@ fn search(part: &Part, tools: &Tools) -> Result<()> {
     claims(tools)
 }
 
-fn grasps(part: &Part, tools: &Tools) -> Result<()> {
+fn grasps(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut grasps = tools.compare()?;
     grasps.arg("grasps").arg("--out").arg(folder(part, tools)?);
     if tools.quick {
@@ -122,7 +122,7 @@ fn claims(tools: &Tools) -> Result<()> {
     played(tools.compare()?.args(["claims", "--write"]))
 }
 
-fn validation(part: &Part, tools: &Tools) -> Result<()> {
+fn validation(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut validation = tools.compare()?;
     validation.arg("validate").arg("--out").arg(folder(part, tools)?);
     if tools.quick {
@@ -131,7 +131,7 @@ fn validation(part: &Part, tools: &Tools) -> Result<()> {
     played(&mut validation)
 }
 
-fn cameras(part: &Part, tools: &Tools) -> Result<()> {
+fn cameras(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut cameras = tools.compare()?;
     cameras.arg("cameras").arg("--out").arg(page(part, tools)?);
     if tools.quick {
@@ -140,7 +140,7 @@ fn cameras(part: &Part, tools: &Tools) -> Result<()> {
     played(&mut cameras)
 }
 
-fn throughput(part: &Part, tools: &Tools) -> Result<()> {
+fn throughput(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let scenes = tools.folder.join("mjcf");
     for (name, task, down) in SCENES {
         for settings in ["recommended", "stiff5"] {
@@ -167,7 +167,7 @@ fn throughput(part: &Part, tools: &Tools) -> Result<()> {
     run(&[Path::new("--server")])
 }
 
-fn controllers(part: &Part, tools: &Tools) -> Result<()> {
+fn controllers(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     // A score of the page is the score on every processor, or the page is not written.
     let mut alike = tools.benchmark("processors.py", &[])?;
     if tools.quick {
@@ -182,7 +182,7 @@ fn controllers(part: &Part, tools: &Tools) -> Result<()> {
     played(&mut python)
 }
 
-fn grasped(part: &Part, tools: &Tools) -> Result<()> {
+fn grasped(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut python = tools.benchmark("grasped_objects.py", &[])?;
     python.arg("--output").arg(page(part, tools)?);
     if tools.quick {
@@ -191,7 +191,7 @@ fn grasped(part: &Part, tools: &Tools) -> Result<()> {
     played(&mut python)
 }
 
-fn hands(part: &Part, tools: &Tools) -> Result<()> {
+fn hands(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut python = tools.benchmark("hand_grasps.py", &[])?;
     python.arg("--output").arg(page(part, tools)?);
     if tools.quick {
@@ -200,7 +200,7 @@ fn hands(part: &Part, tools: &Tools) -> Result<()> {
     played(&mut python)
 }
 
-fn training(part: &Part, tools: &Tools) -> Result<()> {
+fn training(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let pictures = tools.place("docs/pictures/README.md")?;
     let pictures = pictures.parent().context("a folder")?;
     // stable-baselines3 is not installed unasked: PyTorch, which it needs, has gigabytes.
@@ -213,7 +213,7 @@ fn training(part: &Part, tools: &Tools) -> Result<()> {
     played(&mut python)
 }
 
-fn pictures(part: &Part, tools: &Tools) -> Result<()> {
+fn pictures(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let page = page(part, tools)?;
     let folder = page.parent().context("a page in a folder")?;
     // The shortest picture is that of the hands.

@@ -13,7 +13,7 @@ use std::process::{Command, Stdio};
 pub(super) struct Tools {
     /// Shortest forms, away from the docs.
     pub quick: bool,
-    /// What is kept between two calls.
+    /// Folder of the files that stay between two calls.
     pub folder: PathBuf,
     bench: PathBuf,
     compare: OnceCell<PathBuf>,
@@ -41,7 +41,7 @@ impl Tools {
         at_root(&self.bench)
     }
 
-    /// What the pages of a part depend on.
+    /// A hash of everything that the pages of a part depend on.
     pub(super) fn fingerprint(&self, part: &str) -> Result<String> {
         self.output(self.bench().args(["record", part, "--fingerprint"]))
     }
@@ -100,7 +100,7 @@ impl Tools {
         self.python.get().context("the client's Python environment")
     }
 
-    /// What a command prints.
+    /// The output of a command.
     pub(super) fn output(&self, command: &mut Command) -> Result<String> {
         let output =
             command.stderr(Stdio::inherit()).output().with_context(|| format!("cannot start {command:?}"))?;

@@ -168,14 +168,14 @@ impl Artefacts {
     fn check_glibc(&self, environment: &Environment) -> Result<()> {
         let wheel = self.folder.join(self.wheel());
         let mut audit = environment.python();
-        let told = output(audit.args(["-m", "auditwheel", "show"]).arg(&wheel), &project())?;
+        let found = output(audit.args(["-m", "auditwheel", "show"]).arg(&wheel), &project())?;
         let wanted = format!("manylinux_{}_{}_x86_64", GLIBC.0, GLIBC.1);
         // auditwheel names the most portable tag; an older one than wanted is as good.
         println!(
             "{}",
-            told.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n")
+            found.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n")
         );
-        ensure!(told.contains("manylinux"), "auditwheel does not find {wanted} in {}", wheel.display());
+        ensure!(found.contains("manylinux"), "auditwheel does not find {wanted} in {}", wheel.display());
         let parts = tempfile::tempdir_in(&self.folder)?;
         let module = unpacked(environment, &wheel, parts.path())?.join("palmares/_native.abi3.so");
         let program = self.unpacked_program(parts.path())?;
@@ -199,8 +199,8 @@ impl Artefacts {
     fn check_program(&self) -> Result<()> {
         let parts = tempfile::tempdir_in(&self.folder)?;
         let program = self.unpacked_program(parts.path())?;
-        let told = output(Command::new(program).arg("--version"), parts.path())?;
-        ensure!(told == format!("palmares {}", self.version), "the program calls itself {told:?}");
+        let version = output(Command::new(program).arg("--version"), parts.path())?;
+        ensure!(version == format!("palmares {}", self.version), "the program calls itself {version:?}");
         Ok(())
     }
 
@@ -222,11 +222,11 @@ impl Artefacts {
             "--prefix",
             "none",
         ]);
-        let told = output(&mut tree, &sources)?;
-        let mut own: Vec<&str> = told.lines().filter(|line| line.contains(" (/")).collect();
+        let packages = output(&mut tree, &sources)?;
+        let mut own: Vec<&str> = packages.lines().filter(|line| line.contains(" (/")).collect();
         own.sort_unstable();
         own.dedup();
-        ensure!(own.iter().any(|line| line.starts_with("palmares-sim ")), "no engine in it:\n{told}");
+        ensure!(own.iter().any(|line| line.starts_with("palmares-sim ")), "no engine in it:\n{packages}");
         let missing = missing_includes(&sources)?;
         ensure!(missing.is_empty(), "it lacks files that its sources include:\n{}", missing.join("\n"));
         println!("it has the sources of {} crates", own.len());

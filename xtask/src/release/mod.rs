@@ -18,7 +18,7 @@ const SHOWN: usize = 10;
 
 #[derive(Args)]
 #[command(after_help = AFTER_HELP)]
-pub(crate) struct Options {
+pub(crate) struct ReleaseOptions {
     /// The new version, as in 0.2.0
     version: Version,
     /// Check everything and print each change; write nothing
@@ -35,7 +35,7 @@ It publishes nothing, and prints the commands that do. After a failure, run it a
 are complete. It runs on Linux x86-64, needs git, tar, Python 3.11 and the network, and installs the other tools into client-py/.venv.";
 
 /// Makes a release.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &ReleaseOptions) -> Result<()> {
     let begun = Instant::now();
     let wanted = options.version;
     ensure!(

@@ -159,11 +159,11 @@ class PanelServer:
         for origin in request.headers.get_all("Origin"):
             if origin.lower() not in self._allowed:
                 page = origin if len(origin) <= 100 and origin.isprintable() else "another site"
-                told = f"a page of {page} may not use this server; allow it with --allowed-origin"
+                refusal = f"a page of {page} may not use this server; allow it with --allowed-origin"
                 if page not in self._refused and len(self._refused) < 100:
                     self._refused.add(page)
-                    print(f"palmares foxglove: {told}", file=sys.stderr, flush=True)
-                return connection.respond(403, told + "\n")
+                    print(f"palmares foxglove: {refusal}", file=sys.stderr, flush=True)
+                return connection.respond(403, refusal + "\n")
         return None
 
     def _attend(self, socket: ServerConnection) -> None:

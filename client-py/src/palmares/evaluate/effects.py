@@ -1,4 +1,4 @@
-"""What a score hangs on: the effect of each drawn number of the hand, with intervals by bootstrap."""
+"""The effect of each drawn number of the hand on the score, with intervals by bootstrap."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from palmares.views import Brief
 # Seed of the random numbers below.
 SEED = 20161010
 DRAWS = 4_000
-# Of so many scenes that more would take minutes.
+# Number of draws for many scenes, where more would take minutes.
 FEWEST_DRAWS = 1_000
 FEWEST_RUNS = 12
 """Fewer runs have no effects: their intervals would be too narrow"""

@@ -78,14 +78,14 @@ def vec_env(count: int, observations: int, actions: int, reset: Callable[[], Arr
             self._actions = array(actions)
 
         def step_wait(self) -> tuple[Array, Array, Mask, list[dict[str, Any]]]:
-            seen, last, rewards, ended, short = step(self._actions)
+            now, last, rewards, ended, short = step(self._actions)
             infos: list[dict[str, Any]] = [{} for _ in rewards]
             for world in np.flatnonzero(ended | short):
                 infos[world] = {
                     "terminal_observation": last[world],
                     "TimeLimit.truncated": bool(short[world]),
                 }
-            return seen, rewards, ended | short, infos
+            return now, rewards, ended | short, infos
 
         def close(self) -> None:
             pass

@@ -140,7 +140,7 @@ def run(client: palmares.Client, seed: int | None) -> GraspSummary:
     start, upright = hand.position, hand.quat_xyzw
     away = -array([*first.cameras["table"].position[:2], 0.0])
     aside = start + ASIDE_M * away / norm(away)
-    tries, seen = 0, None
+    tries, bounds = 0, None
     with contextlib.suppress(RunOverError):  # The shake is over.
         while tries < TRIES:
             hand.to(0.6, aside, upright, sigma=0.0)
@@ -151,13 +151,13 @@ def run(client: palmares.Client, seed: int | None) -> GraspSummary:
             grasps = grasps_for(size_m, target.mass)
             grasp, turn_rad = grasps[tries % len(grasps)]
             tries += 1
-            seen = seen or replace(found.bounds, name=target.name)
+            bounds = bounds or replace(found.bounds, name=target.name)
             LOG.info(f"{grasp.name}: {np.round(size_m, 3)} m large at {np.round(found.bounds.middle, 3)} m")
             if attempt(hand, found, grasp, turn_rad, weight_n):
                 hand.wait(10.0)
             hand.to(0.4, sigma=0.0)
             hand.to(0.6, hand.position + 0.1 * UP)
-    return grasp_summary(hand, seen or ObjectBounds(0, target.name, start, start, start), tries)
+    return grasp_summary(hand, bounds or ObjectBounds(0, target.name, start, start, start), tries)
 
 
 if __name__ == "__main__":

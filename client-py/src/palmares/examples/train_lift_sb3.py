@@ -200,9 +200,9 @@ def as_vec_env(decisions: Decisions) -> Any:
 
     def step(actions: Array) -> tuple[Array, Array, Array, Mask, Mask]:
         last, rewards, over = decisions.step(actions)
-        seen = decisions.reset() if over else last
+        now = decisions.reset() if over else last
         ended = np.full(len(rewards), over)
-        return seen, last, REWARD * rewards, ended, np.zeros_like(ended)
+        return now, last, REWARD * rewards, ended, np.zeros_like(ended)
 
     return vec_env(decisions.batch.count, OBSERVATIONS, ACTIONS, decisions.reset, step)
 

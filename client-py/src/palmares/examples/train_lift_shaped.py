@@ -126,9 +126,9 @@ class Lifts:
         count, stages = self.batch.count, self._stages
         for first in range(0, len(self._seeds), count):
             some = self._seeds[first : first + count]
-            seen = self.batch.reset(some + some[-1:] * (count - len(some)))
-            middle, quat = seen["objects"][:, 0, :3], seen["objects"][:, 0, 3:7]
-            size = 2.0 * seen["object_half_extents"][:, 0]
+            fields = self.batch.reset(some + some[-1:] * (count - len(some)))
+            middle, quat = fields["objects"][:, 0, :3], fields["objects"][:, 0, 3:7]
+            size = 2.0 * fields["object_half_extents"][:, 0]
             # Objects stand upright: their pose is a turn about z.
             yaw = math.pi / 2 + yaw_across(2.0 * np.arctan2(quat[:, 2], quat[:, 3]), size)
             pitch, roll, above, aside, along = np.tile(GUESS, (count, 1)).T
@@ -174,19 +174,19 @@ class Lifts:
             potential = np.sum(list((self.batch.potential or {}).values()), axis=0)
             rewards = rewards + stepped.shaping - np.where(lost, potential, 0.0)
         rewards = np.where(self._plays, rewards, 0.0)
-        ended, seen = stepped.terminated | lost, self._observe()
+        ended, now = stepped.terminated | lost, self._observe()
         if self._rng is None:
             hopeless = (self._decided >= DECISIONS) & (self.batch.scores == 0.0)
             self._plays &= ~(ended | stepped.truncated | hopeless)
-            return seen, seen, rewards, ended, stepped.truncated
+            return now, now, rewards, ended, stepped.truncated
         short = ~ended & (stepped.truncated | (self._decided == DECISIONS))
         over = ended | short
         if not over.any():
-            return seen, seen, rewards, ended, short
+            return now, now, rewards, ended, short
         self.finished += self.batch.scores[over].tolist()
         self._widen()
         self._begin(over)
-        return self._observe(), seen, rewards, ended, short
+        return self._observe(), now, rewards, ended, short
 
     def _begin(self, over: Mask) -> None:
         """Begin a run in these worlds."""
@@ -210,11 +210,11 @@ class Lifts:
 
     def _observe(self) -> Array:
         """Return the observations (N, 19), each number with about unit variance."""
-        seen, scene = self.batch.observe(), self._scene
+        fields, scene = self.batch.observe(), self._scene
         back = self._turns[scene] * [-1.0, -1.0, -1.0, 1.0]
-        base, motor = seen["base"], seen["motors"][:, 0]
+        base, motor = fields["base"], fields["motors"][:, 0]
         off = rotated(back, base[:, :3] - self._guesses[scene])
-        moved = rotated(back, seen["objects"][:, 0, :3] - self._places[scene])
+        moved = rotated(back, fields["objects"][:, 0, :3] - self._places[scene])
         contact = (self.batch.potential or {})["contact"]
         return np.hstack(
             [
@@ -233,9 +233,9 @@ class Lifts:
 
 def play(model: Any, lifts: Lifts) -> list[float]:
     """Play a run in each world without exploration; return the scores."""
-    seen = lifts.reset()
+    observations = lifts.reset()
     for _ in range(TEST_DECISIONS):
-        seen = lifts.step(model.predict(seen, deterministic=True)[0])[0]
+        observations = lifts.step(model.predict(observations, deterministic=True)[0])[0]
     return [float(score) for score in lifts.batch.scores]
 
 

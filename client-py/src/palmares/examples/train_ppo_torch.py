@@ -84,7 +84,7 @@ def train(args: argparse.Namespace) -> list[float]:
 
     steps, returns, began = args.steps, [], time.monotonic()
     kept = {
-        "seen": torch.zeros(steps, args.envs, sizes[group]),
+        "observed": torch.zeros(steps, args.envs, sizes[group]),
         "truth": torch.zeros(steps, args.envs, sizes["critic"]),
         "actions": torch.zeros(steps, args.envs, motions),
         "log_probs": torch.zeros(steps, args.envs),
@@ -97,11 +97,11 @@ def train(args: argparse.Namespace) -> list[float]:
     for update in range(1, args.updates + 1):
         episodes: list[float] = []
         for k in range(steps):
-            seen, truth = (torch.as_tensor(now[name]) for name in (group, "critic"))
+            observed, truth = (torch.as_tensor(now[name]) for name in (group, "critic"))
             with torch.no_grad():
-                choice = Normal(policy(seen), log_spread.exp())
+                choice = Normal(policy(observed), log_spread.exp())
                 actions = choice.sample()
-                row = seen, truth, actions, choice.log_prob(actions).sum(1), critic(truth)[:, 0]
+                row = observed, truth, actions, choice.log_prob(actions).sum(1), critic(truth)[:, 0]
             for store, values in zip(kept.values(), row, strict=True):
                 store[k] = values
             now, reward, terminated, truncated, infos = envs.step(actions.numpy().clip(-1.0, 1.0))
@@ -131,7 +131,7 @@ def train(args: argparse.Namespace) -> list[float]:
             targets = gained + flat["values"]
         for _ in range(EPOCHS):
             for some in torch.randperm(len(gained)).chunk(BATCHES):
-                choice = Normal(policy(flat["seen"][some]), log_spread.exp())
+                choice = Normal(policy(flat["observed"][some]), log_spread.exp())
                 ratio = (choice.log_prob(flat["actions"][some]).sum(1) - flat["log_probs"][some]).exp()
                 gain = (gained[some] - gained[some].mean()) / (gained[some].std() + 1e-8)
                 clipped = torch.min(ratio * gain, ratio.clamp(1.0 - CLIP, 1.0 + CLIP) * gain).mean()
@@ -141,7 +141,7 @@ def train(args: argparse.Namespace) -> list[float]:
                 loss.backward()
                 nn.utils.clip_grad_norm_(parameters, 0.5)
                 optimizer.step()
-        policy.learn_scale(flat["seen"])
+        policy.learn_scale(flat["observed"])
         critic.learn_scale(flat["truth"])
         if episodes:
             returns.append(float(np.mean(episodes)))

@@ -261,25 +261,25 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         terminated, truncated = stepped.terminated, stepped.truncated
         finished = terminated | truncated
         observations = self._observed(stepped.observations)
-        told = {
+        info = {
             "tick": np.where(went, self.batch.ticks, 0),
             "score": np.where(went, self.batch.scores, 0.0),
             "is_success": terminated.copy(),
             "events": self._events(),
         }
         if stepped.shaping is not None:
-            told["shaping"] = np.where(went, stepped.shaping, 0.0)
+            info["shaping"] = np.where(went, stepped.shaping, 0.0)
             if self._shaping is True:
-                rewards += told["shaping"]
+                rewards += info["shaping"]
         if self._form.goal is not None:
             goals = observations["achieved_goal"], observations["desired_goal"]
-            reached = self._form.reward(*goals, told)
+            reached = self._form.reward(*goals, info)
             rewards = np.where(went, reached, 0.0)
-            told["is_success"] = went & (reached == 0.0)
+            info["is_success"] = went & (reached == 0.0)
             terminated, truncated = np.zeros_like(terminated), finished
         if self._most_steps is not None:
             truncated = truncated | (~terminated & (self._steps >= self._most_steps))
-        for name, values in told.items():
+        for name, values in info.items():
             infos |= {name: values, f"_{name}": went.copy()}
         infos |= self._privileged()
         for k in map(int, np.flatnonzero(finished)):

@@ -1,4 +1,4 @@
-"""What infos have, in single and in vector environments."""
+"""The content of infos, in single and in vector environments."""
 
 from __future__ import annotations
 

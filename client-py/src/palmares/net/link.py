@@ -170,7 +170,7 @@ class Link:
         """
         last: Exception = lost
         begun = time.monotonic()
-        give_up, told, patience = begun + self._reconnect_s, False, Patience()
+        give_up, logged, patience = begun + self._reconnect_s, False, Patience()
         for delay_s in _resume_delays():
             if time.monotonic() + delay_s > give_up:
                 break
@@ -179,16 +179,16 @@ class Link:
                 with self._lock:
                     self._raise_if_ended()
                     self._reopen()
-                if told:
+                if logged:
                     LOG.warning("connected again after %.1f s", time.monotonic() - begun)
                 return
             except (NoServerError, ConnectionLostError, SessionTakenError, CapacityError) as not_yet:
                 if not_yet.fatal:
                     raise
                 last = not_yet
-                if not told:
+                if not logged:
                     LOG.warning("connection lost, trying again for %g s: %s", self._reconnect_s, not_yet)
-                told = True
+                logged = True
             except InternalError as failed:
                 patience.wait(failed)
                 last = failed

@@ -20,7 +20,7 @@ class StepHistory:
 
     def __init__(self) -> None:
         self._steps: deque[tuple[int, int, Action]] = deque()
-        """Of each step the tick before it, the tick after it, and the action"""
+        """The tick before each step, the tick after it, and its action"""
         self.behind: int | None = None
 
     def clear(self) -> None:

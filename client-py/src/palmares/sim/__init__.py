@@ -71,7 +71,7 @@ def describe_hand(name: str) -> dict[str, Any]:
 
 @dataclass(frozen=True, repr=False)
 class Identity(Brief):
-    """What a run's bits depend on beside its actions: the same here and on a server."""
+    """The versions that a run's bits depend on, beside its actions: the same here and on a server."""
 
     engine: str
     """The engine's fingerprint: results of its reference runs"""

@@ -31,7 +31,7 @@ from palmares.net.requests import names
 from palmares.reproducible import norm
 from palmares.sim.in_use import in_use
 from palmares.sim.parameters import given_rows
-from palmares.sim.pictures import Kind, View, asked, kinds_of
+from palmares.sim.pictures import Kind, View, kinds_of, picture_request
 from palmares.sim.progress import progress
 from palmares.sim.state import STATE, State, named, placed, rows_of_contacts, state_of
 from palmares.sim.world import read
@@ -464,7 +464,7 @@ class Batch:
         take them without a copy. The arguments are those of `World.pictures`; ``film`` is that of the first
         world.
         """
-        return self._native.pictures(asked(camera, size), kinds_of(kinds))
+        return self._native.pictures(picture_request(camera, size), kinds_of(kinds))
 
     def depths(self, cameras: Iterable[str]) -> Arrays:
         """Return the newest depth images of cameras of task or hand: an array (N, height, width) of each, m.

@@ -255,7 +255,7 @@ class LocalLink(Link):
         """Do nothing."""
 
     def interrupted(self) -> None:
-        """Do nothing: a world keeps what it was asked."""
+        """Do nothing: a world keeps its requests."""
 
     def silence_s(self) -> float:
         """Return zero."""

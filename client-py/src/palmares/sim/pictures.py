@@ -71,7 +71,7 @@ class View(Brief):
 
 
 @dataclass(frozen=True)
-class Asked:
+class PictureRequest:
     """A view as the compiled part takes it."""
 
     camera: str | None
@@ -82,7 +82,7 @@ class Asked:
     size: tuple[int, int] | None
 
 
-def asked(camera: str | View, size: tuple[int, int] | None) -> Asked:
+def picture_request(camera: str | View, size: tuple[int, int] | None) -> PictureRequest:
     """Return the view, checked.
 
     Raises:
@@ -93,14 +93,14 @@ def asked(camera: str | View, size: tuple[int, int] | None) -> Asked:
         width, height = size
         size = (whole("size[0]", width, 1, MOST_PIXELS), whole("size[1]", height, 1, MOST_PIXELS))
     if isinstance(camera, str):
-        return Asked(camera, None, None, 60.0, (0.01, 10.0), size)
+        return PictureRequest(camera, None, None, 60.0, (0.01, 10.0), size)
     near, far = camera.range_m
     if not (is_real(camera.fov_deg) and 1.0 <= camera.fov_deg <= 170.0):
         raise ValueError(f"fov_deg: found {camera.fov_deg}; wanted 1 to 170")
     if not (is_real(near) and is_real(far) and 0.0 < near < far):
         raise ValueError(f"range_m: found {camera.range_m}; wanted two distances, the nearer first")
     pose = (*camera.position, *camera.quat_xyzw)
-    return Asked(None, pose, camera.link, camera.fov_deg, (near, far), size)
+    return PictureRequest(None, pose, camera.link, camera.fov_deg, (near, far), size)
 
 
 def kinds_of(kinds: Sequence[Kind] | Kind) -> list[str]:

@@ -72,7 +72,7 @@ STATE = tuple(field.name for field in fields(State) if field.name != "memory")
 
 @dataclass(frozen=True)
 class Placed:
-    """What is put elsewhere."""
+    """New poses and velocities."""
 
     base: Array | None
     q: Array | None

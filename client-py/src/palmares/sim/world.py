@@ -21,7 +21,7 @@ from palmares.png import png
 from palmares.scene import Scene
 from palmares.sim.in_use import in_use
 from palmares.sim.parameters import given_rows, same_rows
-from palmares.sim.pictures import FILM, Kind, View, asked, kinds_of
+from palmares.sim.pictures import FILM, Kind, View, kinds_of, picture_request
 from palmares.sim.progress import progress
 from palmares.sim.state import STATE, Arrays, State, named, placed, rows_of_contacts, state_of
 from palmares.targets import Base, Hand, Numbers, action_of, vector
@@ -96,7 +96,7 @@ class World:
         if training is not None and training.changes_actions:
             self._clipping.mute()  # What arrives differs from what was sent.
         self._seed = whole("seed", seed, 0, MAX_SEED)
-        self._asked = 0
+        self._requests = 0
         self.reset(cameras=cameras)
 
     def reset(
@@ -354,7 +354,7 @@ class World:
             ValueError: There is no such camera or kind, or a size is out of bounds.
 
         """
-        return self._native.pictures(asked(camera, size), kinds_of(kinds))
+        return self._native.pictures(picture_request(camera, size), kinds_of(kinds))
 
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         return {name: array.shape for name, array in self._native.arrays(list(STATE)).items()}
@@ -482,9 +482,9 @@ class World:
 
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Handle a request of the protocol (``step``, ``perturb`` or ``stop``); return the reply."""
-        if request.id == 0:  # One that is asked again keeps its id, and gets the same reply.
-            self._asked += 1
-            request.id = self._asked
+        if request.id == 0:  # A repeated one keeps its id, and gets the same reply.
+            self._requests += 1
+            request.id = self._requests
         ticks = request.repeat if isinstance(request, StepRequest) else 0
         raw, self._unread = CODEC.encode(request), (request, kind)
         try:

@@ -181,7 +181,7 @@ class BallMover(Mover):
 
     @classmethod
     def known_as(cls, ball: int) -> int:
-        """Return the row under which attempts on a ball are kept: images do not tell balls apart."""
+        """Return the row under which attempts on a ball are kept: images do not identify balls."""
         return ball if cls.sensing == "truth" else 0
 
 

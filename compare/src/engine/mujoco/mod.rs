@@ -294,7 +294,7 @@ impl Engine for MuJoCo {
         let touches = self.worker.borrow_mut().contacts()?;
         let owner = |name: f64| {
             let known = self.document.owners.get(name as usize).copied();
-            known.context("MuJoCo told of a shape that the scene does not have")
+            known.context("MuJoCo reported a shape that the scene does not have")
         };
         let vector = |touch: &Touch, at: usize| Vec3::new(touch[at], touch[at + 1], touch[at + 2]);
         let force = |touch: &Touch| {

@@ -1,7 +1,7 @@
 //! Named settings of MuJoCo. They follow the chapters "Modeling" (solver parameters, preventing slip, tuning)
 //! and "Computation" (integrators) of its documentation, version 4.0. An option has the name of its MJCF attribute.
 
-use crate::engine::option_set::{Dimension, Options};
+use crate::engine::option_set::{Dimension, EngineOptions};
 use anyhow::{Result, bail};
 
 /// MuJoCo's options, by the names of their MJCF attributes; what is not named keeps MuJoCo's default.
@@ -11,8 +11,8 @@ pub struct Settings {
     pub name: &'static str,
     /// Description, with the reason for the values.
     pub about: &'static str,
-    /// Of an option that is named twice the last value counts.
-    pub(super) options: Options,
+    /// The last value of an option that is named twice counts.
+    pub(super) options: EngineOptions,
 }
 
 /// Attributes of `<option>`.
@@ -63,7 +63,7 @@ impl Settings {
         &self,
         name: &'static str,
         about: &'static str,
-        changes: Options,
+        changes: EngineOptions,
     ) -> Result<Self> {
         let known = OPTION.iter().chain(&FLAG).chain(&CONTACT).chain(&OTHER);
         for (key, _) in changes {
@@ -177,7 +177,7 @@ pub const SETTINGS: &[Settings] = &[
     },
 ];
 
-const DEFAULT: Options = &[
+const DEFAULT: EngineOptions = &[
     ("integrator", "discrete"),
     ("cone", "elliptic"),
     ("impratio", "1"),
@@ -225,7 +225,7 @@ const fn stiff2(multiccd: &'static str) -> [(&'static str, &'static str); 8] {
     ]
 }
 
-/// What a search changes, one option at a time: the documented options that contacts, friction and integration have.
+/// A search changes these options, one at a time: the documented ones of contacts, friction and integration.
 pub const SPACE: &[Dimension] = &[
     Dimension("multiccd", &["enable", "disable"]),
     Dimension("nativeccd", &["disable"]),

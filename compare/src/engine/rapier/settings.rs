@@ -1,6 +1,6 @@
 //! Named settings of rapier. An option has the name of its field in `IntegrationParameters`.
 
-use crate::engine::option_set::{Dimension, Options};
+use crate::engine::option_set::{Dimension, EngineOptions};
 use anyhow::{Context, Result, bail};
 use palmares_bench::engine::RIGID;
 use palmares_sim::Model;
@@ -38,7 +38,7 @@ pub struct Settings {
     hand: Effort,
     free: Effort,
     /// Options that are changed last.
-    pub(in crate::engine) changes: Options,
+    pub(in crate::engine) changes: EngineOptions,
 }
 
 const COULOMB: FrictionModel = FrictionModel::Coulomb;
@@ -114,7 +114,7 @@ pub const STIFF120: Settings = Settings {
     changes: &[],
 };
 
-/// What a search changes, one option at a time.
+/// A search changes these options, one at a time.
 pub const SPACE: &[Dimension] = &[
     Dimension("num_solver_iterations", &["1", "2", "4", "8"]),
     Dimension("num_internal_pgs_iterations", &["1", "4", "16", "32", "64"]),
@@ -140,7 +140,7 @@ impl Settings {
         &self,
         name: &'static str,
         about: &'static str,
-        changes: Options,
+        changes: EngineOptions,
     ) -> Result<Self> {
         let mut tried = IntegrationParameters::default();
         for (option, value) in changes {

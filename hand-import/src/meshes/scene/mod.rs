@@ -35,7 +35,7 @@ const MAX_NUMBERS: usize = 50_000_000;
 /// Solids that a file may have to become shapes of a link. With more, its triangles are one mesh.
 const MAX_SOLIDS: usize = 6;
 
-/// What a scene draws.
+/// The triangles and shapes that a scene draws.
 #[derive(Debug, Default)]
 pub(crate) struct Drawn {
     pub(crate) corners: Corners,
@@ -54,7 +54,7 @@ pub(super) fn is_scene(text: &str) -> bool {
 /// Reads a scene; `open` reads the files that it names.
 pub(crate) fn read(text: &str, open: Open<'_>) -> Result<Drawn, String> {
     let mut walk = Walk { open, drawn: Drawn::default(), all_shapes: true, visits: 0, numbers: 0, files: 0 };
-    let state = State {
+    let state = TraversalState {
         frame: Frame::IDENTITY,
         points: Rc::default(),
         metres: 1.0,
@@ -68,11 +68,11 @@ pub(crate) fn read(text: &str, open: Open<'_>) -> Result<Drawn, String> {
     Ok(walk.drawn)
 }
 
-/// What a node hands on to those after it.
+/// The state that a node passes on to the nodes after it.
 #[derive(Clone)]
-struct State {
+struct TraversalState {
     frame: Frame,
-    /// Of the last node with coordinates.
+    /// Points of the last node with coordinates.
     points: Rc<Vec<Vec3>>,
     /// Metres per unit by the last `Units`.
     metres: f64,
@@ -92,7 +92,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn file(&mut self, text: &str, state: &mut State, depth: usize) -> Result<(), String> {
+    fn file(&mut self, text: &str, state: &mut TraversalState, depth: usize) -> Result<(), String> {
         let first = text.lines().next().unwrap_or_default();
         if !is_scene(first) {
             return Err("is no Open Inventor or VRML file as text".to_owned());
@@ -110,7 +110,13 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn visit(&mut self, tree: &Tree, index: usize, state: &mut State, depth: usize) -> Result<(), String> {
+    fn visit(
+        &mut self,
+        tree: &Tree,
+        index: usize,
+        state: &mut TraversalState,
+        depth: usize,
+    ) -> Result<(), String> {
         self.visits += 1;
         if self.visits > MAX_VISITS || depth > MAX_DEPTH {
             return Err(format!(
@@ -203,7 +209,13 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn all(&mut self, tree: &Tree, list: &[usize], state: &mut State, depth: usize) -> Result<(), String> {
+    fn all(
+        &mut self,
+        tree: &Tree,
+        list: &[usize],
+        state: &mut TraversalState,
+        depth: usize,
+    ) -> Result<(), String> {
         list.iter().try_for_each(|&index| self.visit(tree, index, state, depth + 1))
     }
 
@@ -218,7 +230,7 @@ impl Walk<'_> {
         })
     }
 
-    fn solid(&mut self, solid: &Solid, state: &State) -> Result<(), String> {
+    fn solid(&mut self, solid: &Solid, state: &TraversalState) -> Result<(), String> {
         match solid.shape(&state.frame).filter(|_| self.drawn.shapes.len() <= MAX_SOLIDS) {
             Some(shape) => self.drawn.shapes.push(shape),
             None => self.all_shapes = false,

@@ -5,7 +5,7 @@ use palmares_models::{Pose, Rotation, Vec3};
 use super::transform::transform;
 use super::units::{GRAM, MM};
 use crate::decision::At;
-use crate::draft::{Geometry, Inertial, Link, Origin, Part};
+use crate::draft::{Geometry, Inertial, Link, LinkShape, Origin};
 use crate::read::reading::Reading;
 use crate::xml::{Element, child, child_text};
 
@@ -66,7 +66,7 @@ pub(super) fn body(name: &str, file: &str, shapes: Origin, reading: &mut Reading
         Some(file) => {
             if let Some(mesh) = inner.mesh(file, scale.map(|s| s * MM), at.clone(), &element, false) {
                 let origin = Origin::from_pose(&(shapes.pose() * offset));
-                let part = Part { origin, geometry: Geometry::Mesh(mesh) };
+                let part = LinkShape { origin, geometry: Geometry::Mesh(mesh) };
                 link.visuals.push(part.clone());
                 link.collisions.push(part);
             }

@@ -23,19 +23,19 @@ impl Robot<'_> {
             }
             found
         };
-        let mut apart = pairs("noselfcollision", reading);
+        let mut excluded = pairs("noselfcollision", reading);
         let touching = pairs("selfcollision", reading);
         if !touching.is_empty() {
             let n = self.names.len();
             let all = (0..n).flat_map(|a| (a + 1..n).map(move |b| [a, b]));
             let shaped =
                 |i: usize| draft.links.iter().any(|l| l.name == self.names[i] && !l.collisions.is_empty());
-            apart.extend(all.filter(|&[a, b]| !touching.contains(&[a, b]) && shaped(a) && shaped(b)));
+            excluded.extend(all.filter(|&[a, b]| !touching.contains(&[a, b]) && shaped(a) && shaped(b)));
             let text = format!("only {} pairs of links touch each other", touching.len());
             reading.log.taken(At::Hand, "`selfcollision`", text);
         }
-        apart.sort_unstable();
-        apart.dedup();
-        draft.exclusions.extend(apart.into_iter().map(|pair| pair.map(|i| self.names[i].clone())));
+        excluded.sort_unstable();
+        excluded.dedup();
+        draft.exclusions.extend(excluded.into_iter().map(|pair| pair.map(|i| self.names[i].clone())));
     }
 }

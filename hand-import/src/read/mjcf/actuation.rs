@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::compile::{Reader, limited};
 use super::length::arms_at_start;
-use super::model::{Actuator, Model, Path, Target, Tendon, Way};
+use super::model::{Actuator, ActuatorTarget, Model, Path, Tendon, Way};
 use crate::decision::At;
 use crate::read::element::{Element, Notes};
 
@@ -116,9 +116,9 @@ impl Reader<'_> {
                 self.log.lost(At::Hand, element, text);
             }
             let target = if let Some(name) = element.get("joint").or(element.get("jointinparent")) {
-                self.model.joint(name).map(Target::Joint)
+                self.model.joint(name).map(ActuatorTarget::Joint)
             } else if let Some(name) = element.get("tendon") {
-                self.model.tendons.iter().position(|tendon| tendon.name == name).map(Target::Tendon)
+                self.model.tendons.iter().position(|tendon| tendon.name == name).map(ActuatorTarget::Tendon)
             } else {
                 self.log.lost(At::Hand, element, "drives neither a joint nor a tendon; it is left out");
                 continue;
@@ -138,7 +138,7 @@ impl Reader<'_> {
         &mut self,
         element: &Element,
         spec: &mut super::actuator::ActuatorSpec,
-        target: Target,
+        target: ActuatorTarget,
     ) {
         let auto = self.compiler.autolimits;
         let on = |flag: Option<bool>, range: Option<[f64; 2]>| {
@@ -149,8 +149,8 @@ impl Reader<'_> {
         let stated = if integrates { spec.act_range } else { range };
         if spec.inherit_range > 0.0 && stated.is_none() {
             let moved = match target {
-                Target::Joint(j) => self.model.joints[j].range,
-                Target::Tendon(t) => self.model.tendons[t].range,
+                ActuatorTarget::Joint(j) => self.model.joints[j].range,
+                ActuatorTarget::Tendon(t) => self.model.tendons[t].range,
             };
             let inherited = moved.map(|[low, high]| {
                 let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * spec.inherit_range);
@@ -161,8 +161,8 @@ impl Reader<'_> {
         spec.ctrl_range = range;
         let own = on(spec.force_limited, spec.force_range);
         let (of_target, gear) = match target {
-            Target::Joint(j) => (self.model.joints[j].force_range, spec.gear),
-            Target::Tendon(t) => (self.model.tendons[t].force_range, spec.gear),
+            ActuatorTarget::Joint(j) => (self.model.joints[j].force_range, spec.gear),
+            ActuatorTarget::Tendon(t) => (self.model.tendons[t].force_range, spec.gear),
         };
         // The other limit counts behind the gear.
         let behind = of_target.filter(|_| gear != 0.0).map(|r| {
@@ -175,8 +175,8 @@ impl Reader<'_> {
         };
         if let Some(ratio) = spec.damping_ratio.take() {
             let levers: Vec<(usize, f64)> = match target {
-                Target::Joint(joint) => vec![(joint, spec.gear)],
-                Target::Tendon(tendon) => {
+                ActuatorTarget::Joint(joint) => vec![(joint, spec.gear)],
+                ActuatorTarget::Tendon(tendon) => {
                     let arms = arms_at_start(&self.model, &self.model.tendons[tendon]);
                     arms.into_iter().map(|(joint, arm)| (joint, spec.gear * arm)).collect()
                 }

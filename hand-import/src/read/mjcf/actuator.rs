@@ -23,7 +23,7 @@ pub(crate) struct ActuatorSpec {
     pub(crate) gear: f64,
     pub(crate) ctrl_range: Option<[f64; 2]>,
     pub(crate) ctrl_limited: Option<bool>,
-    /// Of the integrated command.
+    /// Range of the integrated command.
     pub(crate) act_range: Option<[f64; 2]>,
     pub(crate) force_range: Option<[f64; 2]>,
     pub(crate) force_limited: Option<bool>,

@@ -88,7 +88,7 @@ impl Reader<'_> {
         Pose::from_parts(position, self.compiler.orientation(at, self.log))
     }
 
-    /// What is in a body or a frame; `frame` is that of the enclosing frames in the body.
+    /// Reads the content of a body or a frame; `frame` is the pose of the enclosing frames in the body.
     fn content(&mut self, element: &Element, body: usize, frame: Pose, class: Option<&str>) {
         let class = element.get("childclass").or(class);
         for child in &element.children {
@@ -141,7 +141,7 @@ impl Reader<'_> {
             return;
         }
         let offset = at.array::<3>("offset", self.log).map_or(Vec3::ZERO, Vec3::from_array);
-        // Of the orientations, MuJoCo takes this one here: each copy turns by its number times the angles.
+        // MuJoCo takes this orientation here: each copy turns by its number times the angles.
         let angles = at.array::<3>("euler", self.log).unwrap_or_default();
         let separator = element.get("sep").unwrap_or_default();
         let digits = count.to_string().len();

@@ -12,7 +12,7 @@ use super::model::{Geom, GeomShape, Joint, JointKind, Law, Model};
 use super::{start, tendons};
 use crate::decision::{At, Log};
 use crate::draft;
-use crate::draft::{Coupling, Draft, Geometry, Inertial, Link, Loop, Origin, Part, Triangles};
+use crate::draft::{Coupling, Draft, Geometry, Inertial, Link, LinkShape, Loop, Origin, Triangles};
 use crate::read::element::Notes;
 
 /// Maps the hand in a document.
@@ -95,11 +95,11 @@ impl Mapper<'_> {
             });
         }
         let base = index == self.frames.base();
-        // What is fixed to the world around a hand on it is scenery.
+        // Shapes that are fixed to the world around a hand are scenery.
         let geoms = if index == 0 { &[][..] } else { &body.geoms };
         for geom in geoms.iter().map(|&g| &self.model.geoms[g]) {
             let Some(geometry) = self.geometry(geom, &body.name) else { continue };
-            let part = Part { origin: Origin::from_pose(&(link_from_body * geom.pose)), geometry };
+            let part = LinkShape { origin: Origin::from_pose(&(link_from_body * geom.pose)), geometry };
             if geom.collides {
                 let differs = link.friction.is_some_and(|friction| friction != geom.friction);
                 if differs {

@@ -60,7 +60,7 @@ pub(crate) fn placed(mass: &Mass, pose: &Pose) -> Mass {
     Mass { mass: mass.mass, com: *pose * mass.com, about_com: turned(&mass.about_com, pose.rotation) }
 }
 
-/// Of several bodies in one frame together.
+/// The mass of several bodies in one frame together.
 pub(crate) fn sum(parts: impl Iterator<Item = Mass>) -> Mass {
     let parts: Vec<Mass> = parts.collect();
     let mass: f64 = parts.iter().map(|part| part.mass).sum();

@@ -16,11 +16,11 @@ use crate::source::{Source, limits};
 /// Rule of a mesh's inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Volume {
-    /// Of the tetrahedra below each face, all positive, as in versions before 3.3.
+    /// The inertia of the tetrahedra below each face, all positive, as in versions before 3.3.
     Legacy,
-    /// Of the tetrahedra with their signs.
+    /// The inertia of the tetrahedra with their signs.
     Exact,
-    /// Of the convex hull.
+    /// The inertia of the convex hull.
     Convex,
 }
 

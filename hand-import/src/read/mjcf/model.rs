@@ -145,12 +145,12 @@ pub(crate) enum Way {
     Site(usize),
     /// A geom that it winds around, and the site on the side where it passes.
     Wrap(usize, Option<usize>),
-    /// What follows counts divided by this.
+    /// The lengths after it are divided by this.
     Pulley(f64),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Target {
+pub(crate) enum ActuatorTarget {
     Joint(usize),
     Tendon(usize),
 }
@@ -158,7 +158,7 @@ pub(crate) enum Target {
 #[derive(Clone, Debug)]
 pub(crate) struct Actuator {
     pub(crate) name: String,
-    pub(crate) target: Target,
+    pub(crate) target: ActuatorTarget,
     pub(crate) spec: ActuatorSpec,
     pub(crate) element: Element,
 }

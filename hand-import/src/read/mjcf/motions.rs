@@ -24,7 +24,7 @@ pub(crate) enum Motion {
 pub(crate) struct Motions(Vec<Motion>);
 
 impl Motions {
-    /// Of each joint, the first equality counts, as in the hand.
+    /// The first equality of each joint counts, as in the hand.
     pub(crate) fn of(model: &Model, frames: &Frames) -> Motions {
         let mut first = vec![Motion::Own; model.joints.len()];
         let has = |j: usize| {

@@ -1,7 +1,7 @@
 //! The keyframe from which the hand starts: the one that is called `home`, else the first.
 
 use super::frames::Frames;
-use super::model::{Key, Model, Target};
+use super::model::{ActuatorTarget, Key, Model};
 use super::motions::{Motion, Motions};
 use super::tendons::Command;
 use crate::decision::{At, Log};
@@ -51,8 +51,8 @@ fn of(model: &Model, frames: &Frames, key: &Key, commands: &[Command], draft: &D
         let Some([from, to]) = drawn.and_then(|drawn| drawn.range) else { continue };
         let wound = command.at_0 + command.per_unit * set;
         let held = match actuator.target {
-            Target::Joint(joint) => (wound - key.x[joint]).abs() < SAME,
-            Target::Tendon(_) => false,
+            ActuatorTarget::Joint(joint) => (wound - key.x[joint]).abs() < SAME,
+            ActuatorTarget::Tendon(_) => false,
         };
         let sigma = ((wound - from) / (to - from)).clamp(0.0, 1.0);
         if !held && sigma.is_finite() {

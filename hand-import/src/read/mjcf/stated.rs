@@ -1,4 +1,4 @@
-//! What a `hand.toml` beside the document states is not written again.
+//! A `hand.toml` beside the document may state numbers. They are not written again.
 
 use toml::{Table, Value};
 

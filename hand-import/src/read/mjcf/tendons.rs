@@ -10,7 +10,7 @@ use palmares_models::measure::HandLimits;
 use super::actuator::ActuatorSpec;
 use super::frames::Frames;
 use super::length::{Fit, fit};
-use super::model::{Actuator, JointKind, Model, Path, Target, Tendon};
+use super::model::{Actuator, ActuatorTarget, JointKind, Model, Path, Tendon};
 use super::motions::{Motion, Motions, value};
 use crate::decision::{At, Log};
 use crate::draft::{self, Control, Draft, Drive, Spring, TendonPath};
@@ -35,7 +35,7 @@ pub(crate) fn map(model: &Model, frames: &Frames, draft: &mut Draft, log: &mut L
     let motions = Motions::of(model, frames);
     let mut mapper = Mapper { model, frames, motions: &motions, draft, log, commands: Vec::new() };
     for actuator in &model.actuators {
-        if let Target::Joint(joint) = actuator.target {
+        if let ActuatorTarget::Joint(joint) = actuator.target {
             mapper.servo(actuator, joint);
         }
     }
@@ -260,8 +260,12 @@ impl Mapper<'_> {
                 format!("frictionloss {} has no counterpart", tendon.friction),
             );
         }
-        let actuators: Vec<&Actuator> =
-            self.model.actuators.iter().filter(|actuator| actuator.target == Target::Tendon(index)).collect();
+        let actuators: Vec<&Actuator> = self
+            .model
+            .actuators
+            .iter()
+            .filter(|actuator| actuator.target == ActuatorTarget::Tendon(index))
+            .collect();
         let mut names = vec![tendon.name.clone()];
         // The others of an exported tendon wind the same cable.
         let exported = self.model.texts.contains_key(&format!("motors:{}", tendon.name));

@@ -10,7 +10,7 @@ use super::frames::Frames;
 use super::length::{fit, length};
 use super::model::Model;
 use super::motions::Motions;
-use crate::decision::{Kind, Log};
+use crate::decision::{DecisionKind, Log};
 use crate::draft::{Draft, Drive, Geometry, JointKind, TendonPath};
 use crate::read::reading::Reading;
 use crate::source::Source;
@@ -26,7 +26,7 @@ fn model(content: &str) -> Model {
     let root = super::include::parse_with_includes(&source, path).expect("XML");
     let mut log = Log::new(path);
     let (model, _) = compile(&source, path, &root, &mut log);
-    assert!(log.of(Kind::Problem).next().is_none(), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Problem).next().is_none(), "{:?}", log.decisions);
     model
 }
 
@@ -112,7 +112,7 @@ fn an_include_brings_its_elements_and_a_circle_is_an_error() {
 }
 
 #[test]
-fn joints_apart_from_the_body_and_several_of_them_move_it_as_in_mujoco() {
+fn joints_off_the_body_and_several_of_them_move_it_as_in_mujoco() {
     let head = "<compiler angle='radian'/>";
     let world = "<body name='palm'><geom size='0.02'/>\
         <body name='thumb' pos='0.1 0 0.02' euler='0 0 0.5'>\
@@ -319,7 +319,7 @@ fn objects_of_the_scene_are_no_part_of_the_hand() {
     let (draft, log) = draft(&document("", world, ""));
     let names: Vec<&str> = draft.links.iter().map(|link| link.name.as_str()).collect();
     assert_eq!(names, ["palm", "a"]);
-    assert!(log.of(Kind::Dropped).any(|d| d.element == "body 'ball'"), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Dropped).any(|d| d.element == "body 'ball'"), "{:?}", log.decisions);
 }
 
 #[test]
@@ -328,7 +328,7 @@ fn every_fault_of_a_document_is_said_in_one_run() {
         <body name='a' quat='0 0 0 0'><joint name='a' axis='0 0 0'/><geom size='0.01' class='nowhere'/></body></body>";
     let tail = "<tendon><fixed name='t'><joint joint='gone' coef='1'/></fixed></tendon><actuator><position name='m' joint='gone'/></actuator>";
     let (_, log) = draft(&document("", world, tail));
-    let problems: Vec<&str> = log.of(Kind::Problem).map(|d| d.text.as_str()).collect();
+    let problems: Vec<&str> = log.of(DecisionKind::Problem).map(|d| d.text.as_str()).collect();
     for wanted in [
         "mesh 'none'",
         "size is 'x'",

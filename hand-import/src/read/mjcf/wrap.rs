@@ -6,7 +6,7 @@
 use palmares_models::{Pose, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// What a cable winds around, with its radius: an axis along z, or a ball.
+/// The shape that a cable winds around, with its radius: an axis along z, or a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Round {
     Ball(f64),
@@ -188,8 +188,8 @@ mod tests {
             over(from, to, Some(Vec3::new(cos, sin, 0.0)), Round::Cylinder(0.1))
         };
         let d = 0.3f64.hypot(0.12);
-        let apart = TAU - 2.0 * libm::atan2(0.3, 0.12) - 2.0 * libm::acos(0.1 / d);
-        let around = 2.0 * (d * d - 0.01f64).sqrt() + 0.1 * apart;
+        let arc = TAU - 2.0 * libm::atan2(0.3, 0.12) - 2.0 * libm::acos(0.1 / d);
+        let around = 2.0 * (d * d - 0.01f64).sqrt() + 0.1 * arc;
         assert!((at(203.0) - around).abs() < 1e-12 && (at(337.0) - around).abs() < 1e-12, "{}", at(203.0));
         assert!((at(200.0) - 0.6).abs() < 1e-12 && (at(340.0) - 0.6).abs() < 1e-12, "{}", at(200.0));
     }
@@ -216,8 +216,8 @@ mod tests {
         let long = over(from, to, None, Round::Ball(0.1));
         // Tangents from 0.2062 m, arc between the tangent points on the near side.
         let d = 0.2f64.hypot(0.05);
-        let apart = 2.0 * libm::atan2(0.2, 0.05) - 2.0 * libm::acos(0.1 / d);
-        assert!((long - (2.0 * (d * d - 0.01f64).sqrt() + 0.1 * apart)).abs() < 1e-12, "{long}");
+        let arc = 2.0 * libm::atan2(0.2, 0.05) - 2.0 * libm::acos(0.1 / d);
+        assert!((long - (2.0 * (d * d - 0.01f64).sqrt() + 0.1 * arc)).abs() < 1e-12, "{long}");
     }
 
     #[test]

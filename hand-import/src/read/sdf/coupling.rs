@@ -65,7 +65,7 @@ impl Reader<'_> {
     }
 
     /// Pairs of links that do not touch: their `collide_bitmask` have no bit in common.
-    pub(super) fn apart(&mut self, links: &[&Found], draft: &mut Draft) {
+    pub(super) fn exclude_by_bitmask(&mut self, links: &[&Found], draft: &mut Draft) {
         let mut masks: Vec<(String, u64)> = Vec::new();
         for link in links {
             let name = format!("{}{}", link.around.prefix, link.element.get("name").unwrap_or_default());

@@ -7,7 +7,7 @@ use palmares_models::{Pose, Vec3};
 use super::collect::{Found, Reader, yes};
 use super::scope::joint_key;
 use crate::decision::At;
-use crate::draft::{Coupling, Draft, Inertial, Joint, JointKind, Link, Loop, Origin, Part};
+use crate::draft::{Coupling, Draft, Inertial, Joint, JointKind, Link, LinkShape, Loop, Origin};
 use crate::numbers::numbers;
 use crate::read::element::{Element, Notes};
 
@@ -85,7 +85,7 @@ impl Reader<'_> {
         for (joint, parent, child) in gears {
             self.gear(joint, &parent, &child, &frames, &mut draft);
         }
-        self.apart(&links, &mut draft);
+        self.exclude_by_bitmask(&links, &mut draft);
         for part in parts.iter().filter(|part| part.element.name == "plugin") {
             self.plugin(part, &mut draft);
         }
@@ -167,7 +167,7 @@ impl Reader<'_> {
             let origin = Origin::from_pose(&(from_model * self.placed(found, child, pose)));
             let picture = !touches && element.child("collision").is_some();
             let Some(geometry) = self.geometry(child, &found.around.file, name, picture) else { continue };
-            let part = Part { origin, geometry };
+            let part = LinkShape { origin, geometry };
             if touches {
                 let friction = self.number(child, &["surface", "friction", "ode", "mu"]);
                 link.friction = link.friction.or(friction.filter(|mu| (0.0..100.0).contains(mu)));

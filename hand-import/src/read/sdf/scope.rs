@@ -25,7 +25,7 @@ pub(super) struct Frame {
 }
 
 impl Scope {
-    /// What has that name. Older files have joints with the names of links, which come first.
+    /// The frame of that name. Older files have joints with the names of links: links come first.
     pub(super) fn get(&self, name: &str) -> Option<&Frame> {
         self.frames.get(name).or_else(|| self.frames.get(&joint_key(name)))
     }

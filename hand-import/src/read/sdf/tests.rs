@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use crate::decision::Kind;
+use crate::decision::DecisionKind;
 use palmares_models::Vec3;
 
 use crate::decision::Log;
@@ -59,9 +59,9 @@ fn poses_axes_springs_and_mimics_of_a_gripper() {
     assert!(multiplier == 2.0 && (offset - 0.1).abs() < 1e-12, "{offset}");
     assert_eq!(draft.links[0].friction, Some(0.7));
     assert_eq!((draft.actuators[0].gain, draft.actuators[0].force_limit), (Some(30.0), Some(2.0)));
-    let dropped: Vec<&str> = log.of(Kind::Dropped).map(|d| d.element.as_str()).collect();
+    let dropped: Vec<&str> = log.of(DecisionKind::Dropped).map(|d| d.element.as_str()).collect();
     assert_eq!(dropped, ["model 'ball'", "gripper 'g'", "joint 'base'", "joint 'right'", "plugin 'p'"]);
-    assert!(log.of(Kind::Problem).next().is_none(), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Problem).next().is_none(), "{:?}", log.decisions);
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn an_included_model_brings_its_links_under_its_name() {
     let config = "<model><sdf version='1.9'>finger.sdf</sdf></model>";
     let (draft, log) =
         read(&[("model.sdf", hand), ("finger/model.config", config), ("finger/finger.sdf", finger)]);
-    assert!(log.of(Kind::Problem).next().is_none(), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Problem).next().is_none(), "{:?}", log.decisions);
     let joint = draft.joints.iter().find(|joint| joint.name == "thumb_j").expect("is there");
     assert_eq!((joint.parent.as_str(), joint.child.as_str()), ("thumb_a", "thumb_b"));
     let fix = draft.joints.iter().find(|joint| joint.name == "fix").expect("is there");
@@ -134,7 +134,7 @@ fn nested_models_are_placed_relative_to_frames_and_by_frames() {
     at(&draft, "thumb_j", [0.0, 0.12, 0.05]);
     let placed = "<placement_frame>mount</placement_frame><pose>0 0 0.2 0 0 0</pose>";
     let (draft, log) = hand_with(&include(placed), "1.9");
-    assert!(log.of(Kind::Problem).next().is_none(), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Problem).next().is_none(), "{:?}", log.decisions);
     at(&draft, "fix", [0.0, 0.0, 0.19]);
     // The same, written as a model of this file.
     let nested = FINGER.replace(
@@ -150,7 +150,7 @@ fn a_merged_model_has_its_own_place_but_no_prefix() {
     let include = "<include merge='1'><uri>model://finger</uri><pose>0.1 0 0 0 0 1.5707963267948966</pose></include>\
                    <joint name='fix' type='fixed'><parent>palm</parent><child>a</child></joint>";
     let (draft, log) = hand_with(include, "1.9");
-    assert!(log.of(Kind::Problem).next().is_none(), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Problem).next().is_none(), "{:?}", log.decisions);
     at(&draft, "fix", [0.1, 0.0, 0.0]);
     at(&draft, "j", [0.1, 0.0, 0.05]);
     // Its axis is in its own model's frame.
@@ -167,7 +167,7 @@ fn ends_of_joints_are_the_links_that_frames_are_attached_to() {
         <joint name="a" type="fixed"><parent>first</parent><child>on_second</child></joint>
         <joint name="b" type="fixed"><parent>free</parent><child>third</child></joint></model></sdf>"#;
     let (draft, log) = read(&[("model.sdf", text)]);
-    assert!(log.of(Kind::Problem).next().is_none(), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Problem).next().is_none(), "{:?}", log.decisions);
     let ends = |name: &str| {
         let joint = draft.joints.iter().find(|joint| joint.name == name).expect("is there");
         (joint.parent.clone(), joint.child.clone())
@@ -188,7 +188,7 @@ fn poses_can_be_relative_to_each_other_along_a_long_chain() {
         );
     }
     let (draft, log) = read(&[("model.sdf", &(text + "</model></sdf>"))]);
-    assert!(log.of(Kind::Problem).next().is_none(), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Problem).next().is_none(), "{:?}", log.decisions);
     at(&draft, "j39", [0.0, 0.0, 0.39]);
 }
 
@@ -232,7 +232,7 @@ fn screws_and_gearboxes_are_couplings() {
         hinge("second", "two", "0 0 -1"),
     );
     let (draft, log) = read(&[("model.sdf", &text)]);
-    assert!(log.of(Kind::Problem).next().is_none(), "{:?}", log.decisions);
+    assert!(log.of(DecisionKind::Problem).next().is_none(), "{:?}", log.decisions);
     let coupling = |joint: &str| draft.couplings.iter().find(|c| c.joint == joint).expect("is there").clone();
     let gear = coupling("second");
     // θ2 = -3 θ1 about the gearbox's axes; the second hinge turns the other way.
@@ -273,14 +273,14 @@ fn shapes_masks_and_limits_that_a_hand_has_not_are_named() {
     let c = draft.links.iter().find(|link| link.name == "c").expect("is there");
     assert_eq!(c.collisions.len(), 2);
     assert!((c.collisions[1].origin.pose().translation - Vec3::Z * 0.5).length() < 1e-12);
-    let found = |kind: Kind, text: &str| {
+    let found = |kind: DecisionKind, text: &str| {
         let found = log.of(kind).any(|decision| decision.text.contains(text));
         assert!(found, "{text}: {:?}", log.decisions);
     };
-    found(Kind::Problem, "a plane has no counterpart");
-    found(Kind::Dropped, "the limit -1 on one side only");
-    found(Kind::Guessed, "<self_collide>");
-    found(Kind::Taken, "polyline");
+    found(DecisionKind::Problem, "a plane has no counterpart");
+    found(DecisionKind::Dropped, "the limit -1 on one side only");
+    found(DecisionKind::Guessed, "<self_collide>");
+    found(DecisionKind::Taken, "polyline");
 }
 
 #[test]
@@ -288,7 +288,7 @@ fn models_that_include_themselves_end() {
     let text = "<sdf version='1.9'><model name='m'><link name='a'/><include><uri>model://m</uri><name>x</name></include>\
                 <include><uri>model://m</uri><name>y</name></include></model></sdf>";
     let (_, log) = read(&[("model.sdf", text), ("m/model.sdf", text)]);
-    assert!(log.of(Kind::Problem).any(|decision| decision.text.contains("is one of more than")));
+    assert!(log.of(DecisionKind::Problem).any(|decision| decision.text.contains("is one of more than")));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use roxmltree::Node;
 use super::super::reading::Reading;
 use super::elements::{named, unread};
 use crate::decision::At;
-use crate::draft::{Geometry, Inertial, Link, Origin, Part};
+use crate::draft::{Geometry, Inertial, Link, LinkShape, Origin};
 use crate::xml::{Element, child, children};
 
 /// Elements of a link that are read.
@@ -56,7 +56,7 @@ fn parts(
     link: &str,
     picture: bool,
     reading: &mut Reading<'_>,
-) -> Vec<Part> {
+) -> Vec<LinkShape> {
     let mut parts = Vec::new();
     for part in children(node, tag) {
         let mut e = Element { name: shown, at: At::Link(link.to_owned()), log: &mut reading.log };
@@ -67,7 +67,7 @@ fn parts(
             continue;
         };
         if let Some(geometry) = geometry(shape, shown, link, picture, reading) {
-            parts.push(Part { origin, geometry });
+            parts.push(LinkShape { origin, geometry });
         }
     }
     parts

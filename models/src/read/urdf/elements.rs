@@ -10,12 +10,12 @@ use crate::read::report::Report;
 
 const GEOMETRY: &str = "one of <box>, <cylinder>, <sphere>, <capsule>, <mesh>";
 const SHAPES: [&str; 5] = ["box", "cylinder", "sphere", "capsule", "mesh"];
-/// The elements of each element that are used; others, such as `<material>`, may have any content.
+/// The used children of each element; others, such as `<material>`, may have any content.
 const OF_INERTIAL: [&str; 3] = ["origin", "mass", "inertia"];
 const OF_SHAPE: [&str; 2] = ["origin", "geometry"];
 const OF_JOINT: [&str; 7] = ["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
 
-/// The links and joints of a URDF's text. What cannot be read is kept as an error and left out.
+/// The links and joints of a URDF's text. An element that cannot be read is kept as an error and left out.
 pub(super) fn robot(
     text: &str,
     root: Node<'_, '_>,
@@ -147,7 +147,7 @@ impl Source<'_> {
         };
         let parsed = parsed.map_err(|e| report.syntax("URDF", format!("{element}: {e}")));
         let mut joint = report.keep(parsed)?.joints.into_iter().next()?;
-        // Files of hands with tendons write so that a joint does not follow.
+        // Files of hands with tendons use a multiplier of 0 for a joint that does not follow.
         let still = |m: &Mimic| m.multiplier == Some(0.0) && m.offset.unwrap_or(0.0) == 0.0;
         if let Some(mimic) = joint.mimic.take_if(|mimic| still(mimic)) {
             report.warn(element, format!("mimics '{}' with multiplier 0: it is fixed", mimic.joint));

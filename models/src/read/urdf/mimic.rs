@@ -16,8 +16,8 @@ pub(crate) struct Motion {
     pub(crate) offset: f64,
 }
 
-/// Motion of each joint, in it `None` for a fixed one. Joints that move nothing, and that no transmission and no setting
-/// names, are dropped and reported. `None` if errors were kept.
+/// Motion of each joint; that of a fixed joint is `None`. A joint that moves nothing is dropped and reported, unless a
+/// transmission or a setting names it. The result is `None` if errors were kept.
 pub(crate) fn motions(
     urdf: &Urdf,
     settings: &Settings,

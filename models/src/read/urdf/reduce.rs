@@ -31,8 +31,7 @@ pub(crate) struct Reduced {
 }
 
 /// Reduces a URDF's tree to the moving links and their coordinates; `None` if the joints' motions are in error. Errors of links are
-/// kept. The frame of the base is
-/// at `base_from_root`.
+/// kept. `base_from_root` is the pose of the root in the frame of the base.
 pub(crate) fn reduce(
     urdf: &Urdf,
     base_from_root: Pose,

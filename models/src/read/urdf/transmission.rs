@@ -96,10 +96,10 @@ fn one(
         return Err(report.bad(element, "has no name of its own", "a unique name"));
     }
     let mut joints = Vec::new();
-    let mut seen = BTreeSet::new();
+    let mut named = BTreeSet::new();
     for joint in node.children().filter(|c| c.has_tag_name("joint")) {
         let joint_name = joint.attribute("name").unwrap_or_default().to_owned();
-        if !seen.insert(joint_name.clone()) {
+        if !named.insert(joint_name.clone()) {
             let problem = format!("lists joint '{joint_name}' twice");
             return Err(report.bad(element, problem, "each joint once"));
         }

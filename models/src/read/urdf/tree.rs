@@ -25,7 +25,7 @@ pub(crate) struct Urdf {
     pub(crate) children: Vec<Vec<usize>>,
     /// Link at the far end of each joint.
     pub(crate) child_link: Vec<usize>,
-    /// Whether all numbers can be computed with; an error is kept of each other one.
+    /// Whether all numbers are finite and within the limits; an error is kept for each other one.
     pub(crate) sound: bool,
 }
 

@@ -27,8 +27,8 @@ pub(super) struct Axis {
 
 /// Result of the search for an axis.
 enum Search {
-    /// The shapes are farther apart than the limit of the search.
-    Apart,
+    /// The shapes are farther from each other than the limit of the search.
+    Separated,
     /// The geometry library returned no direction, or this one, which is no axis of theirs.
     Unknown(Vec3),
     Found(Axis),
@@ -75,7 +75,7 @@ pub(super) fn find(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last
         _ => of_supports(a, b, a_from_b, reach, last),
     };
     let axis = match found {
-        Search::Apart => return None,
+        Search::Separated => return None,
         Search::Found(axis) => with_faces(axis, a, b, a_from_b),
         Search::Unknown(direction) => by_trial(direction, a, b, a_from_b),
     };
@@ -90,15 +90,15 @@ fn is_unit(normal: Vec3) -> bool {
 fn of_boxes(box_a: &Cuboid, box_b: &Cuboid, a_from_b: &Pose, reach: f64) -> Search {
     let of_a = cuboid_cuboid_find_local_separating_normal_oneway(box_a, box_b, a_from_b);
     if of_a.0 > reach {
-        return Search::Apart;
+        return Search::Separated;
     }
     let of_b = cuboid_cuboid_find_local_separating_normal_oneway(box_b, box_a, &a_from_b.inverse());
     if of_b.0 > reach {
-        return Search::Apart;
+        return Search::Separated;
     }
     let of_edges = cuboid_cuboid_find_local_separating_edge_twoway(box_a, box_b, a_from_b);
     if of_edges.0 > reach {
-        return Search::Apart;
+        return Search::Separated;
     }
     let (mut separation, mut normal) = of_a;
     if of_b.0 > separation + FACE_BIAS_M {
@@ -133,7 +133,7 @@ fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Ve
         GJKResult::NoIntersection(normal)
             if is_unit(normal) && separation(a, b, a_from_b, normal) > 0.999 * reach =>
         {
-            Search::Apart
+            Search::Separated
         }
         _ => Search::Unknown(Vec3::ZERO),
     }
@@ -234,6 +234,6 @@ pub(super) fn nearest(
 ) -> Option<[Vec3; 2]> {
     match of_supports(a, b, a_from_b, reach, normal) {
         Search::Found(axis) => axis.nearest,
-        Search::Apart | Search::Unknown(_) => None,
+        Search::Separated | Search::Unknown(_) => None,
     }
 }

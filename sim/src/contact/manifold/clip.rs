@@ -1,4 +1,4 @@
-//! Overlap of two features, seen along the contact's normal: one is clipped by the edges of the other
+//! Overlap of two features, projected along the contact's normal: one is clipped by the edges of the other
 //! (Sutherland and Hodgman 1974), so that every corner of the common polygon is found once and in order.
 
 use crate::surface::solid::Feature;
@@ -38,9 +38,9 @@ impl Across {
     }
 }
 
-/// A corner of a feature, seen along the normal.
+/// A corner of a feature, projected along the normal.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct Projected {
     x: f64,
     y: f64,
     height: f64,
@@ -81,7 +81,7 @@ struct Cut {
 /// Scratch memory of a clip.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clip {
-    knife: Vec<Seen>,
+    knife: Vec<Projected>,
     cut: Vec<Cut>,
     next: Vec<Cut>,
 }
@@ -106,9 +106,9 @@ fn edge_id(a: u32, b: u32) -> u32 {
     (a.min(b) & 0xfff) << 12 | (a.max(b) & 0xfff)
 }
 
-fn seen(feature: &Feature, across: &Across, to: &mut Vec<Seen>) {
+fn project(feature: &Feature, across: &Across, to: &mut Vec<Projected>) {
     to.clear();
-    to.extend(feature.corners.iter().map(|corner| Seen {
+    to.extend(feature.corners.iter().map(|corner| Projected {
         x: corner.at.dot(across.x),
         y: corner.at.dot(across.y),
         height: corner.at.dot(across.normal),
@@ -132,7 +132,7 @@ impl Clip {
         // The flatter feature cuts.
         let a_is_knife = of_a >= of_b;
         let (knife, cut) = if a_is_knife { (a, b) } else { (b, a) };
-        seen(knife, across, &mut self.knife);
+        project(knife, across, &mut self.knife);
         self.cut_by_knife(cut, across);
         let knife_plane = plane(knife, across);
         let cut_plane = plane(cut, across);
@@ -252,8 +252,8 @@ fn lines(a: &Feature, b: &Feature, across: &Across, out: &mut Vec<Overlap>) {
         .map(PackedFeatureId::edge);
     let mut add = |s: f64, t: f64, ids: [PackedFeatureId; 2]| {
         let (p, q) = (between(a0, a1, s), between(b0, b1, t));
-        let apart = [q[0] - p[0], q[1] - p[1]];
-        let parted = if radius > 0.0 { dot(apart, apart) / (2.0 * radius) } else { 0.0 };
+        let offset = [q[0] - p[0], q[1] - p[1]];
+        let parted = if radius > 0.0 { dot(offset, offset) / (2.0 * radius) } else { 0.0 };
         let (x, y) = (0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1]));
         out.push(Overlap { x, y, heights: [p[2], q[2] + parted], ids });
     };

@@ -2,7 +2,7 @@
 //!
 //! 1. [`axis`]: the direction of largest separation, or of smallest overlap.
 //! 2. [`solid`](crate::surface::solid): the facing features along it: faces with all corners, or a line or rim of a curved side.
-//! 3. [`clip`]: the corners of their overlap, seen along the axis.
+//! 3. [`clip`]: the corners of their overlap, projected along the axis.
 //! 4. [`patch`]: a few of these corners that represent the area, and the lever of friction.
 //! 5. [`seams`](crate::surface::seams): parts of a surface that other parts of the same body cover are no face and no edge.
 //!
@@ -25,8 +25,8 @@ use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
 use parry3d_f64::shape::PackedFeatureId;
 
-/// A kept face still has the nearest points if the overlap of the faces comes as near as the shapes do, up to
-/// this, m.
+/// A kept face still has the nearest points if the gap of the faces is that of the shapes, up to this
+/// difference, m.
 const ON_FACE_M: f64 = 1e-9;
 
 /// The nearest points are a contact of their own if they are nearer than all corners by this, m.
@@ -38,7 +38,13 @@ const DEEP_M: f64 = 1e-3;
 /// The direction of largest separation or smallest overlap of two shapes, neither of them a ball, from A to B
 /// in the frame of A, and the separation along it, m; `None` if they are more than `reach` apart. The search
 /// begins at `last`.
-pub fn apart(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<(Vec3, f64)> {
+pub fn separating_axis(
+    a: &Collider,
+    b: &Collider,
+    a_from_b: &Pose,
+    reach: f64,
+    last: Vec3,
+) -> Option<(Vec3, f64)> {
     let round = a.rounding + b.rounding;
     axis::find(a, b, a_from_b, reach + round, last).map(|axis| (axis.normal, axis.separation - round))
 }
@@ -213,14 +219,14 @@ impl Finder {
         if deep || a.seams.is_empty() && b.seams.is_empty() {
             return self.put(pair, &found, a, b, a_from_b, reach);
         }
-        let seen = [&self.overlap, &self.beside].map(Clone::clone);
+        let kept = [&self.overlap, &self.beside].map(Clone::clone);
         let axis = self.turned(found, a, b, a_from_b, reach);
         self.leave_bare(&axis, a, b, a_from_b);
         pair.covered = self.deepest() > reach;
         if !pair.covered {
             return self.put(pair, &axis, a, b, a_from_b, reach);
         }
-        [self.overlap, self.beside] = seen;
+        [self.overlap, self.beside] = kept;
         self.put(pair, &found, a, b, a_from_b, reach);
     }
 

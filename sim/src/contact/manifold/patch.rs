@@ -4,9 +4,9 @@
 //! Under an even pressure the friction of an area A against spin is `μ N ρ`, `ρ = 1/A ∫ |r − c| dA` about its centroid c. Points at
 //! its corners, which carry the normal forces, would give `μ N Σ|r_i − c|/n`, as if all pressure were on the
 //! rim. So friction acts at the distance `λ |r_i − c|` instead of `|r_i − c|`, with the factor `λ = ρ n/Σ|r_i
-//! − c|`: 2/3 for a disc, 1/2 for a line. The friction of a point is offset by most of this distance; the rest
-//! is the arm at which the point itself resists spin ([`super::super::narrow_phase`]). Slip and spin together are then the sum
-//! of the friction of these points: Contensou's coupling.
+//! − c|`: 2/3 for a disc, 1/2 for a line. Most of this distance is the offset of a point's friction; the rest
+//! is the arm at which the point itself resists spin ([`super::super::narrow_phase`]). The sum of the points' friction then
+//! has Contensou's coupling of slip and spin.
 
 use super::clip::Overlap;
 

@@ -2,7 +2,7 @@
 
 use super::goal::Goal;
 use super::goal_info::GoalInfo;
-use super::kind::{Aim, RuleKind, Target};
+use super::kind::{Aim, Destination, RuleKind};
 use super::limits::{REST_SPEED, settle_s};
 use crate::observation::Event;
 use crate::referee::space::{Corners, away, contains};
@@ -85,9 +85,9 @@ impl RuleKind for Arrange {
         let index = |name: &str| names.iter().position(|known| known == name);
         let aims = self.goals.iter().filter_map(|goal| {
             let within = goal.within.as_ref().and_then(|within| {
-                Some(Target::Box { object: index(&within.object)?, min: within.min, max: within.max })
+                Some(Destination::Box { object: index(&within.object)?, min: within.min, max: within.max })
             });
-            let target = within.or_else(|| goal.inside.as_deref().map(Target::Region));
+            let target = within.or_else(|| goal.inside.as_deref().map(Destination::Region));
             Some(Aim { object: index(&goal.object)?, point: goal.point, target })
         });
         aims.collect()
@@ -138,17 +138,17 @@ pub(super) struct ArrangeState {
 
 impl ResolvedGoal {
     /// The measured point, m.
-    fn point(&self, seen: &ObjectSnapshot) -> Vec3 {
+    fn point(&self, object: &ObjectSnapshot) -> Vec3 {
         match self.goal.point {
-            Some(point) => seen.frame * Vec3::from_array(point),
-            None => Vec3::from_array(seen.position),
+            Some(point) => object.frame * Vec3::from_array(point),
+            None => Vec3::from_array(object.position),
         }
     }
 
     /// Every condition of the goal, measured. `speed` of the object, m/s.
     fn measure(&self, objects: &[ObjectSnapshot], speed: Option<f64>) -> Vec<Measured> {
-        let Some(seen) = objects.get(self.object) else { return Vec::new() };
-        let (goal, point) = (&self.goal, self.point(seen));
+        let Some(object) = objects.get(self.object) else { return Vec::new() };
+        let (goal, point) = (&self.goal, self.point(object));
         let mut out = Vec::new();
         if let Some(region) = self.region {
             let at = point.to_array();
@@ -164,16 +164,16 @@ impl ResolvedGoal {
             out.push(Measured::new("above", risen >= above_m, Some(risen), above_m, "m"));
         }
         if let Some(most_deg) = goal.upright_deg {
-            let up = (seen.frame.rotation * Vec3::Z).z.clamp(-1.0, 1.0);
+            let up = (object.frame.rotation * Vec3::Z).z.clamp(-1.0, 1.0);
             let tilt_deg = libm::acos(up).to_degrees();
             out.push(Measured::new("upright", tilt_deg <= most_deg, Some(tilt_deg), most_deg, "deg"));
         }
         if goal.at_rest {
-            out.push(Measured::new("at_rest", seen.at_rest, speed, REST_SPEED, "m/s"));
+            out.push(Measured::new("at_rest", object.at_rest, speed, REST_SPEED, "m/s"));
         }
         if let Some(hand_off_m) = goal.hand_off_m {
-            let apart = Vec3::from_array(seen.in_hand).length();
-            out.push(Measured::new("let_go", apart >= hand_off_m, Some(apart), hand_off_m, "m"));
+            let distance = Vec3::from_array(object.in_hand).length();
+            out.push(Measured::new("let_go", distance >= hand_off_m, Some(distance), hand_off_m, "m"));
         }
         out
     }
@@ -302,8 +302,8 @@ mod tests {
         ObjectSnapshot { position, in_hand: [0.0, 0.0, 0.5], at_rest: true, frame }
     }
 
-    fn turned(seen: ObjectSnapshot, rotation: Rotation) -> ObjectSnapshot {
-        ObjectSnapshot { frame: Pose::from_parts(seen.frame.translation, rotation), ..seen }
+    fn turned(object: ObjectSnapshot, rotation: Rotation) -> ObjectSnapshot {
+        ObjectSnapshot { frame: Pose::from_parts(object.frame.translation, rotation), ..object }
     }
 
     /// The cube, and the post at its place.
@@ -368,8 +368,8 @@ mod tests {
     #[test]
     fn it_says_how_far_each_object_is() {
         let mut referee = start();
-        let told = |referee: &ArrangeReferee, tick, cube| referee.explain(tick, &scene(cube), &[0.1, 0.0]);
-        let verdicts = told(&referee, 0, at([0.0, 0.0, 0.07]));
+        let explain = |referee: &ArrangeReferee, tick, cube| referee.explain(tick, &scene(cube), &[0.1, 0.0]);
+        let verdicts = explain(&referee, 0, at([0.0, 0.0, 0.07]));
         let [cube, post] = verdicts.as_slice() else { panic!("{verdicts:?}") };
         // An object of no goal.
         assert_eq!((post.counts, post.place.as_str(), post.reasons.len()), (false, "none", 0));
@@ -378,16 +378,16 @@ mod tests {
         assert_eq!((risen.rule.as_str(), risen.holds, risen.limit), ("above", false, 0.1));
         assert!(risen.value.is_some_and(|m| (m - 0.05).abs() < 1e-12), "{risen:?}");
         let _ = play(&mut referee, 1..6, at(UP));
-        let held = &told(&referee, 5, at(UP))[0].reasons[1];
+        let held = &explain(&referee, 5, at(UP))[0].reasons[1];
         assert_eq!((held.rule.as_str(), held.value, held.unit.as_str()), ("held", Some(0.04), "s"));
         let _ = play(&mut referee, 6..20, at(UP));
-        let cube = told(&referee, 20, turned(at(TRAY), Rotation::from_rotation_x(0.3))).remove(0);
+        let cube = explain(&referee, 20, turned(at(TRAY), Rotation::from_rotation_x(0.3))).remove(0);
         let rules: Vec<(&str, bool)> = cube.reasons.iter().map(|r| (r.rule.as_str(), r.holds)).collect();
         assert_eq!(rules, [("inside", true), ("upright", false), ("at_rest", true), ("let_go", true)]);
         assert_eq!(cube.reasons[2].value, Some(0.1));
         let _ = play(&mut referee, 20..22, at(TRAY));
         let _ = play(&mut referee, 22..24, at(POST));
-        let cube = told(&referee, 24, at(POST)).remove(0);
+        let cube = explain(&referee, 24, at(POST)).remove(0);
         assert_eq!((cube.counts, cube.place.as_str()), (true, "done"));
     }
 

@@ -1,7 +1,7 @@
 //! Rules `collect`: objects move from one region to another.
 
 use super::goal_info::GoalInfo;
-use super::kind::{Aim, RuleKind, Target};
+use super::kind::{Aim, Destination, RuleKind};
 use super::limits::{REST_SPEED, points, settle_s};
 use crate::observation::Event;
 use crate::referee::space::{Corners, away, contains};
@@ -49,7 +49,7 @@ impl RuleKind for Collect {
     }
 
     fn aims(&self, objects: &Objects) -> Vec<Aim<'_>> {
-        let target = Some(Target::Region(&self.goal));
+        let target = Some(Destination::Region(&self.goal));
         (0..objects.count).map(|object| Aim { object, point: None, target: target.clone() }).collect()
     }
 
@@ -145,14 +145,14 @@ impl Stateful for CollectReferee {
 impl Referee for CollectReferee {
     fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
-        for (k, (seen, place)) in objects.iter().zip(&mut self.state.places).enumerate() {
-            let inside = contains(self.goal, seen.position);
+        for (k, (snapshot, place)) in objects.iter().zip(&mut self.state.places).enumerate() {
+            let inside = contains(self.goal, snapshot.position);
             let now = if inside {
                 // An object that only passes through the goal has not arrived; one that has arrived may be nudged.
-                if seen.at_rest || *place == Place::Goal { Place::Goal } else { *place }
-            } else if contains(self.start, seen.position) {
+                if snapshot.at_rest || *place == Place::Goal { Place::Goal } else { *place }
+            } else if contains(self.start, snapshot.position) {
                 Place::Start
-            } else if seen.at_rest {
+            } else if snapshot.at_rest {
                 Place::Outside
             } else if *place == Place::Goal {
                 Place::Start
@@ -181,9 +181,10 @@ impl Referee for CollectReferee {
 
     fn explain(&self, _: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<ObjectStatus> {
         let each = objects.iter().zip(speeds).zip(&self.state.places).enumerate();
-        each.map(|(object, ((seen, speed), place))| {
-            let (to_goal, to_start) = (away(self.goal, seen.position), away(self.start, seen.position));
-            let in_start = contains(self.start, seen.position);
+        each.map(|(object, ((snapshot, speed), place))| {
+            let (to_goal, to_start) =
+                (away(self.goal, snapshot.position), away(self.start, snapshot.position));
+            let in_start = contains(self.start, snapshot.position);
             let counts = *place == Place::Goal;
             let place = match place {
                 Place::Goal => "goal",
@@ -192,9 +193,9 @@ impl Referee for CollectReferee {
                 Place::Start => "on_the_way",
             };
             let reasons = vec![
-                Measured::new("in_goal", contains(self.goal, seen.position), Some(to_goal), 0.0, "m"),
+                Measured::new("in_goal", contains(self.goal, snapshot.position), Some(to_goal), 0.0, "m"),
                 // An object that has arrived may be nudged.
-                Measured::new("at_rest", seen.at_rest || counts, Some(*speed), REST_SPEED, "m/s"),
+                Measured::new("at_rest", snapshot.at_rest || counts, Some(*speed), REST_SPEED, "m/s"),
                 Measured::new("in_start", in_start, Some(to_start), 0.0, "m"),
             ];
             ObjectStatus { object, counts, place: place.to_owned(), reasons }
@@ -214,10 +215,10 @@ impl Referee for CollectReferee {
     /// By position alone.
     fn final_result(&self, objects: &[ObjectSnapshot]) -> (Count, f64) {
         let mut count = Count::default();
-        for seen in objects {
-            if contains(self.goal, seen.position) {
+        for snapshot in objects {
+            if contains(self.goal, snapshot.position) {
                 count.in_goal += 1;
-            } else if !contains(self.start, seen.position) {
+            } else if !contains(self.start, snapshot.position) {
                 count.outside += 1;
             }
         }
@@ -259,35 +260,35 @@ mod tests {
     #[test]
     fn a_carried_ball_counts_once_it_rests_in_the_goal() {
         let mut referee = start();
-        let mut seen = all(IN_A, true);
-        let moving = ObjectSnapshot { at_rest: false, ..seen[4] };
-        assert!(referee.watch(1, &seen).is_empty());
-        seen[4] = ObjectSnapshot { position: ABOVE, ..moving };
-        assert!(referee.watch(2, &seen).is_empty());
-        seen[4] = ObjectSnapshot { position: IN_B, ..moving };
-        assert!(referee.watch(3, &seen).is_empty());
-        seen[4].at_rest = true;
-        let events = referee.watch(4, &seen);
+        let mut objects = all(IN_A, true);
+        let moving = ObjectSnapshot { at_rest: false, ..objects[4] };
+        assert!(referee.watch(1, &objects).is_empty());
+        objects[4] = ObjectSnapshot { position: ABOVE, ..moving };
+        assert!(referee.watch(2, &objects).is_empty());
+        objects[4] = ObjectSnapshot { position: IN_B, ..moving };
+        assert!(referee.watch(3, &objects).is_empty());
+        objects[4].at_rest = true;
+        let events = referee.watch(4, &objects);
         assert_eq!(events, [Event { tick: 4, kind: "in_goal".into(), object: Some(4) }]);
         assert_eq!(referee.count(), Count { in_goal: 1, outside: 0 });
-        seen[4].at_rest = false;
-        assert!(referee.watch(5, &seen).is_empty(), "a nudge takes nothing away");
-        seen[4] = ObjectSnapshot { position: ABOVE, ..moving };
-        assert_eq!(kinds(&referee.watch(6, &seen)), ["left_goal"]);
+        objects[4].at_rest = false;
+        assert!(referee.watch(5, &objects).is_empty(), "a nudge takes nothing away");
+        objects[4] = ObjectSnapshot { position: ABOVE, ..moving };
+        assert_eq!(kinds(&referee.watch(6, &objects)), ["left_goal"]);
     }
 
     #[test]
     fn it_says_why_a_ball_counts_or_does_not() {
         let mut referee = start();
-        let mut seen = all(IN_A, true);
-        seen[1].position = IN_B;
-        seen[2] = ObjectSnapshot { position: IN_B, at_rest: false, ..seen[2] };
-        seen[3].position = GROUND;
-        seen[4] = ObjectSnapshot { position: ABOVE, at_rest: false, ..seen[4] };
-        let _ = referee.watch(1, &seen);
+        let mut objects = all(IN_A, true);
+        objects[1].position = IN_B;
+        objects[2] = ObjectSnapshot { position: IN_B, at_rest: false, ..objects[2] };
+        objects[3].position = GROUND;
+        objects[4] = ObjectSnapshot { position: ABOVE, at_rest: false, ..objects[4] };
+        let _ = referee.watch(1, &objects);
         let mut speeds = [0.0; 10];
         (speeds[2], speeds[4]) = (0.2, 0.3);
-        let statuses = referee.explain(1, &seen, &speeds);
+        let statuses = referee.explain(1, &objects, &speeds);
         let short = |status: &ObjectStatus| (status.counts, status.place.clone());
         let expected = [
             (false, "start"),
@@ -308,11 +309,11 @@ mod tests {
         let far = &statuses[3].reasons[0];
         assert!(!far.holds && far.value.is_some_and(|away| away > 0.1 && away < 1.0), "{far:?}");
         // Nudged, it still counts.
-        let nudged = ObjectSnapshot { position: IN_B, at_rest: false, ..seen[1] };
-        seen[1] = nudged;
-        let _ = referee.watch(2, &seen);
+        let nudged = ObjectSnapshot { position: IN_B, at_rest: false, ..objects[1] };
+        objects[1] = nudged;
+        let _ = referee.watch(2, &objects);
         speeds[1] = 0.1;
-        let status = &referee.explain(1, &seen, &speeds)[1];
+        let status = &referee.explain(1, &objects, &speeds)[1];
         assert!(
             status.counts && status.reasons[1].holds && status.reasons[1].value == Some(0.1),
             "{status:?}"
@@ -323,22 +324,22 @@ mod tests {
     #[test]
     fn a_lost_ball_costs_until_it_is_back() {
         let mut referee = start();
-        let mut seen = all(IN_A, true);
-        seen[0] = ObjectSnapshot { position: GROUND, at_rest: true, ..seen[0] };
-        assert_eq!(kinds(&referee.watch(1, &seen)), ["outside"]);
+        let mut objects = all(IN_A, true);
+        objects[0] = ObjectSnapshot { position: GROUND, at_rest: true, ..objects[0] };
+        assert_eq!(kinds(&referee.watch(1, &objects)), ["outside"]);
         assert_eq!(referee.count(), Count { in_goal: 0, outside: 1 });
-        seen[0].position = IN_A;
-        assert_eq!(kinds(&referee.watch(2, &seen)), ["back_inside"]);
+        objects[0].position = IN_A;
+        assert_eq!(kinds(&referee.watch(2, &objects)), ["back_inside"]);
         assert_eq!(referee.count(), Count::default());
     }
 
     #[test]
     fn the_final_count_goes_by_position_alone() {
         let referee = start();
-        let mut seen = all(IN_A, true);
-        seen[0].position = IN_B;
-        seen[1].position = GROUND;
-        seen[2].position = ABOVE;
-        assert_eq!(referee.final_result(&seen), (Count { in_goal: 1, outside: 2 }, 0.0));
+        let mut objects = all(IN_A, true);
+        objects[0].position = IN_B;
+        objects[1].position = GROUND;
+        objects[2].position = ABOVE;
+        assert_eq!(referee.final_result(&objects), (Count { in_goal: 1, outside: 2 }, 0.0));
     }
 }

@@ -166,7 +166,7 @@ impl HoldReferee {
         HoldReferee {
             rules: rules.clone(),
             tick_s: start.tick_s,
-            start_m: start.objects.first().map_or(0.0, |seen| seen.position[2]),
+            start_m: start.objects.first().map_or(0.0, |object| object.position[2]),
             state: HoldState { stage: Stage::Down, lifted: false, held: None },
         }
     }
@@ -187,9 +187,9 @@ impl Stateful for HoldReferee {
 impl Referee for HoldReferee {
     fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
-        let Some(seen) = objects.first() else { return events };
+        let Some(object) = objects.first() else { return events };
         let mut note = |kind: &str| events.push(Event { tick, kind: kind.to_owned(), object: Some(0) });
-        let risen = seen.position[2] - self.start_m;
+        let risen = object.position[2] - self.start_m;
         let up = risen >= self.rules.lift_m;
         let ticks = |seconds: f64| (seconds / self.tick_s).round() as u64;
         self.state.stage = match self.state.stage {
@@ -198,16 +198,16 @@ impl Referee for HoldReferee {
                     note("lifted");
                     self.state.lifted = true;
                 }
-                Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
+                Stage::Up { since: tick, slip: Slip::new(object.in_hand) }
             }
             Stage::Up { .. } if !up => {
                 note("dropped");
                 Stage::Down
             }
             Stage::Up { since, mut slip } => {
-                if slip.see(seen.in_hand) >= self.rules.slip_m {
+                if slip.see(object.in_hand) >= self.rules.slip_m {
                     note("slipped");
-                    Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
+                    Stage::Up { since: tick, slip: Slip::new(object.in_hand) }
                 } else if tick.saturating_sub(since) >= ticks(self.rules.hold_s) {
                     note("held");
                     self.state.held = Some(tick);
@@ -217,7 +217,7 @@ impl Referee for HoldReferee {
                 }
             }
             Stage::Shaking { since, mut slip } => {
-                let slipped = slip.see(seen.in_hand) >= self.rules.slip_m;
+                let slipped = slip.see(object.in_hand) >= self.rules.slip_m;
                 let down = risen.is_nan() || risen < LOST_FROM * self.rules.lift_m;
                 if slipped || down {
                     note(if slipped { "slipped" } else { "dropped" });
@@ -257,9 +257,9 @@ impl Referee for HoldReferee {
     }
 
     fn explain(&self, tick: u64, objects: &[ObjectSnapshot], _: &[f64]) -> Vec<ObjectStatus> {
-        let Some(seen) = objects.first() else { return Vec::new() };
+        let Some(object) = objects.first() else { return Vec::new() };
         let rules = &self.rules;
-        let risen = seen.position[2] - self.start_m;
+        let risen = object.position[2] - self.start_m;
         let since_s = |since: u64| (tick.saturating_sub(since)) as f64 * self.tick_s;
         let shake_s = 3.0 * rules.shake.axis_s;
         let (place, held_s, slip, shaken_s) = match self.state.stage {
@@ -328,9 +328,9 @@ mod tests {
     fn play(
         referee: &mut HoldReferee,
         ticks: std::ops::Range<u64>,
-        seen: ObjectSnapshot,
+        object: ObjectSnapshot,
     ) -> Vec<(u64, String)> {
-        let events = ticks.flat_map(|tick| referee.watch(tick, &[seen]));
+        let events = ticks.flat_map(|tick| referee.watch(tick, &[object]));
         events.map(|event| (event.tick, event.kind)).collect()
     }
 
@@ -357,18 +357,18 @@ mod tests {
     #[test]
     fn it_says_how_far_the_object_has_got() {
         let mut referee = start();
-        let told = |referee: &HoldReferee, tick, seen| referee.explain(tick, &[seen], &[]).remove(0);
+        let explain = |referee: &HoldReferee, tick, object| referee.explain(tick, &[object], &[]).remove(0);
         let holds =
             |verdict: &ObjectStatus| verdict.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
-        let down = told(&referee, 0, at(0.05, 0.0));
+        let down = explain(&referee, 0, at(0.05, 0.0));
         assert_eq!((down.place.as_str(), holds(&down)), ("down", vec![false; 4]));
         let _ = play(&mut referee, 1..101, at(0.16, 0.01));
-        let up = told(&referee, 100, at(0.16, 0.01));
+        let up = explain(&referee, 100, at(0.16, 0.01));
         assert_eq!((up.place.as_str(), holds(&up)), ("up", vec![true, false, true, false]));
         let held = &up.reasons[1];
         assert_eq!((held.value, held.limit, held.unit.as_str()), (Some(0.99), 2.0, "s"));
         let _ = play(&mut referee, 101..900, at(0.16, 0.015));
-        let kept = told(&referee, 900, at(0.16, 0.015));
+        let kept = explain(&referee, 900, at(0.16, 0.015));
         assert_eq!((kept.place.as_str(), kept.counts, holds(&kept)), ("kept", true, vec![true; 4]));
         assert!(kept.reasons[2].value.is_some_and(|slip| (slip - 0.005).abs() < 1e-12), "{kept:?}");
     }

@@ -56,12 +56,12 @@ pub struct Aim<'a> {
     /// The point of the object that must reach the target, in the object's frame, m; None: the centre of mass.
     pub point: Option<[f64; 3]>,
     /// The target; None if the object has no destination.
-    pub target: Option<Target<'a>>,
+    pub target: Option<Destination<'a>>,
 }
 
 /// Target of an object.
 #[derive(Clone, Debug)]
-pub enum Target<'a> {
+pub enum Destination<'a> {
     /// A region of the task, by its name.
     Region(&'a str),
     /// A box in the frame of another object.

@@ -13,7 +13,7 @@ pub use collect::Collect;
 pub use goal::Goal;
 pub use goal_info::{GoalInfo, Within};
 pub use hold::{Hold, HoldPoints};
-pub use kind::{Aim, RuleKind, Target};
+pub use kind::{Aim, Destination, RuleKind};
 pub(crate) use limits::REST_SPEED;
 
 use crate::referee::{Referee, RunStart, Stateful};
@@ -141,10 +141,10 @@ fn error<R: DeserializeOwned>(text: &str) -> Option<toml::de::Error> {
 /// parsed again as rules of their `kind`, with the line of the kind left blank.
 pub(super) fn place_of_error(text: &str) -> Option<toml::de::Error> {
     #[derive(Deserialize)]
-    struct Kind {
+    struct KindAndSpan {
         kind: toml::Spanned<String>,
     }
-    let kind = toml::from_str::<File<Kind>>(text).ok()?.rules.kind;
+    let kind = toml::from_str::<File<KindAndSpan>>(text).ok()?.rules.kind;
     let line = text[..kind.span().start].rfind('\n').map_or(0, |end| end + 1)..kind.span().end;
     if !text[line.clone()].trim_start().starts_with("kind") {
         return None;

@@ -6,13 +6,13 @@ use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::task::Task;
 use crate::training::ActionErrors;
-use crate::training::{Options, open};
+use crate::training::{TrainingOptions, open};
 use palmares_models::hand::Hand;
 
 fn run(actions: ActionErrors) -> Run {
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
     let hand = Hand::builtin("softhand").expect("built in");
-    let options = Options::none(&task).action_errors(actions).expect("in bounds");
+    let options = TrainingOptions::none(&task).action_errors(actions).expect("in bounds");
     open(&task, &hand, Seed::from_u64(1), Noise::None, &options).expect("a scene")
 }
 
@@ -44,7 +44,7 @@ fn a_late_action_arrives_after_its_delay_also_in_a_continued_run() {
 #[test]
 fn delays_fill_their_range_and_errors_have_their_deviation() {
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
-    let options = |actions| Options::none(&task).action_errors(actions).expect("in bounds");
+    let options = |actions| TrainingOptions::none(&task).action_errors(actions).expect("in bounds");
     let drawn: std::collections::BTreeSet<u32> = (0..40)
         .map(|seed| {
             let options = options(ActionErrors { delay: [1, 4], noise: 0.0 });
@@ -65,7 +65,7 @@ fn delays_fill_their_range_and_errors_have_their_deviation() {
 }
 
 #[test]
-fn what_is_out_of_bounds_is_told() {
+fn action_errors_out_of_bounds_are_refused() {
     let check = |delay, noise| ActionErrors { delay, noise }.check().expect_err("bad");
     assert_eq!(check([3, 2], 0.0), "action_delay: found [3, 2]; wanted 0 to 100, ascending");
     assert_eq!(check([0, 101], 0.0), "action_delay: found [0, 101]; wanted 0 to 100, ascending");

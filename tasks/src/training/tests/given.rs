@@ -3,7 +3,7 @@
 use crate::seed::Seed;
 use crate::sensing::Noise;
 use crate::task::Task;
-use crate::training::{Given, Options, open};
+use crate::training::{Given, TrainingOptions, open};
 use palmares_models::hand::Hand;
 use std::sync::Arc;
 
@@ -18,13 +18,14 @@ fn what_is_given_is_in_the_run_and_wins_over_what_is_drawn() {
     let (name, [low, _]) = (hand.uncertain[0].name.clone(), hand.uncertain[0].range.ends());
     let mass: Vec<f64> = (0..task.objects.count).map(|k| 0.5 + 0.1 * k as f64).collect();
     let given = Given { mass: Some(mass.clone()), hand: [(name, low)].into(), ..Given::default() };
-    let drawn =
-        Options::none(&task).randomise(&task, &hand, &["mass", "friction", "hand"]).expect("declared");
-    let masses = |options: &Options| -> Vec<f64> {
+    let drawn = TrainingOptions::none(&task)
+        .randomise(&task, &hand, &["mass", "friction", "hand"])
+        .expect("declared");
+    let masses = |options: &TrainingOptions| -> Vec<f64> {
         let run = open(&task, &hand, Seed::from_u64(1), Noise::None, options).expect("a scene");
         run.scene().bodies.iter().filter(|body| body.free).map(|body| body.mass).collect()
     };
-    let own = masses(&Options::none(&task));
+    let own = masses(&TrainingOptions::none(&task));
     let options = drawn.give(&hand, given).expect("in bounds");
     for ((mass, own), factor) in masses(&options).iter().zip(own).zip(mass) {
         assert!((mass / own - factor).abs() < 1e-12);
@@ -37,22 +38,22 @@ fn what_is_given_is_in_the_run_and_wins_over_what_is_drawn() {
 fn a_longer_step_is_another_task_and_divides_the_tick() {
     let task = balls();
     let hand = Hand::builtin("softhand").expect("built in");
-    for (asked, steps) in [(0.002, 5), (0.004, 3), (0.01, 1)] {
-        let options = Options::none(&task).longest_step(asked).expect("allowed");
+    for (step_s, steps) in [(0.002, 5), (0.004, 3), (0.01, 1)] {
+        let options = TrainingOptions::none(&task).longest_step(step_s).expect("allowed");
         let run = open(&task, &hand, Seed::from_u64(1), Noise::None, &options).expect("a scene");
         assert_eq!(run.task().steps_per_tick(), steps);
         assert!(run.task().is_varied());
         assert_ne!(run.task().content_hash(), task.content_hash());
     }
-    for asked in [0.0005, 0.02, f64::NAN] {
-        let error = Options::none(&task).longest_step(asked).expect_err("out of range");
+    for step_s in [0.0005, 0.02, f64::NAN] {
+        let error = TrainingOptions::none(&task).longest_step(step_s).expect_err("out of range");
         assert!(error.ends_with("wanted 1 to 10"), "{error}");
     }
-    assert!(Options::none(&task).longest_step(task.step_s).expect("its own").vary_nothing());
+    assert!(TrainingOptions::none(&task).longest_step(task.step_s).expect("its own").vary_nothing());
 }
 
 #[test]
-fn what_cannot_be_given_is_told() {
+fn numbers_that_cannot_be_given_are_refused() {
     let hand: Arc<Hand> = Hand::builtin("softhand").expect("built in");
     let check = |given: Given| given.check(&hand).expect_err("bad");
     let mass = check(Given { mass: Some(vec![1.0, -2.0]), ..Given::default() });

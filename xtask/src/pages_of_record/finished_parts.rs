@@ -1,6 +1,6 @@
-//! What is finished, and with which engine: a file in the target directory.
+//! The finished parts, and the engine of each: a file in the target directory.
 
-use super::declared::Part;
+use super::declared::DeclaredPart;
 use anyhow::{Context, Result};
 use serde_json::{Map, Value, json};
 use std::fs;
@@ -8,12 +8,12 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The finished parts. Each part is written when it is finished: a stop loses none.
-pub(super) struct State {
+pub(super) struct FinishedParts {
     file: PathBuf,
     finished: Map<String, Value>,
 }
 
-impl State {
+impl FinishedParts {
     /// Reads the file in this folder; there is another one for quick parts.
     pub(super) fn read(folder: &Path, quick: bool) -> Result<Self> {
         let file = folder.join(if quick { "finished-quick.json" } else { "finished.json" });
@@ -23,7 +23,7 @@ impl State {
             Err(error) if error.kind() == ErrorKind::NotFound => Map::new(),
             Err(error) => return Err(error).with_context(|| format!("cannot read {}", file.display())),
         };
-        Ok(State { file, finished })
+        Ok(FinishedParts { file, finished })
     }
 
     /// Whether a part was finished with this fingerprint.
@@ -32,7 +32,7 @@ impl State {
     }
 
     /// Time that a part took the last time, or usually takes.
-    pub(super) fn usual_hours(&self, part: &Part) -> f64 {
+    pub(super) fn usual_hours(&self, part: &DeclaredPart) -> f64 {
         self.finished.get(&part.name).and_then(|kept| kept["took_h"].as_f64()).unwrap_or(part.hours)
     }
 
@@ -55,17 +55,19 @@ mod tests {
     #[test]
     fn a_part_is_finished_until_the_engine_is_another() {
         let folder = tempfile::tempdir().expect("a folder");
-        let read = |quick| State::read(folder.path(), quick).expect("readable");
-        let mut state = read(false);
-        assert!(!state.finished("cameras", "Engine 1"));
-        state.finish("cameras", "Engine 1", 0.25).expect("written");
+        let read = |quick| FinishedParts::read(folder.path(), quick).expect("readable");
+        let mut parts = read(false);
+        assert!(!parts.finished("cameras", "Engine 1"));
+        parts.finish("cameras", "Engine 1", 0.25).expect("written");
         let again = read(false);
         assert!(again.finished("cameras", "Engine 1"));
         assert!(!again.finished("cameras", "Engine 2") && !again.finished("report", "Engine 1"));
         assert!(!read(true).finished("cameras", "Engine 1"), "quick parts are others");
         fs::write(folder.path().join("finished.json"), "{").expect("written");
-        let error =
-            State::read(folder.path(), false).err().map(|error| error.to_string()).unwrap_or_default();
+        let error = FinishedParts::read(folder.path(), false)
+            .err()
+            .map(|error| error.to_string())
+            .unwrap_or_default();
         assert!(error.contains("remove it"), "{error}");
     }
 }
