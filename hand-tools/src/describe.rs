@@ -158,7 +158,7 @@ fn actuation(about: &HandDescription) -> String {
             short(m.scaling),
             short(m.speed_limit)
         );
-        for (number, entry) in m.entries() {
+        for (number, entry) in m.needed() {
             if let Entry::Number(x) = entry
                 && !number.shown.is_empty()
             {

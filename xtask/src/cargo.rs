@@ -11,6 +11,7 @@ use std::process::{Command, Stdio};
 pub(crate) fn cargo() -> Command {
     let mut command = Command::new(program());
     command.current_dir(workspace::root());
+    without_own_package(&mut command);
     command
 }
 
@@ -18,7 +19,18 @@ pub(crate) fn cargo() -> Command {
 pub(crate) fn idle_cargo() -> Command {
     let mut command = Command::new("nice");
     command.args(["-n", "19"]).arg(program()).current_dir(workspace::root());
+    without_own_package(&mut command);
     command
+}
+
+/// Removes the variables in which the cargo that runs this program describes this package. Build scripts that read them, as that of
+/// ring, would run again whenever a build is started in another way, and everything that uses their crate would be compiled again.
+pub(crate) fn without_own_package(command: &mut Command) {
+    for (name, _) in std::env::vars_os() {
+        if ["CARGO_PKG_", "CARGO_MANIFEST_"].iter().any(|begin| name.to_string_lossy().starts_with(begin)) {
+            command.env_remove(name);
+        }
+    }
 }
 
 fn program() -> OsString {

@@ -1,5 +1,6 @@
 //! `cargo xtask wheel`: the Python package with client, engine, program and pages in one file.
 
+use crate::cargo::without_own_package;
 use crate::licences;
 use crate::python::{Environment, create, interpreter, project};
 use crate::viewer;
@@ -58,6 +59,7 @@ pub(crate) fn maturin(environment: &Environment, arguments: &[&str], folder: &Pa
     let path = std::env::var_os("PATH").unwrap_or_default();
     let path = std::iter::once(environment.folder().to_owned()).chain(std::env::split_paths(&path));
     maturin.env("PATH", std::env::join_paths(path)?);
+    without_own_package(&mut maturin);
     let status = maturin.stdout(Stdio::null()).status().context("cannot start maturin")?;
     ensure!(status.success(), "maturin {} failed; see above", arguments.join(" "));
     Ok(())

@@ -156,7 +156,7 @@ mod tests {
         }
     }
 
-    /// docs/operations.md has a table of the declarations. `PALMARES_WRITE_DOCS=1 cargo test -p palmares-server --lib metrics` writes it.
+    /// docs/operations.md has a table of the declarations. `PALMARES_WRITE_DOCS=1 cargo test -p palmares-metrics --lib` writes it.
     #[cfg(target_os = "linux")]
     #[test]
     fn the_table_of_the_document_is_that_of_the_declarations() {
@@ -181,7 +181,7 @@ mod tests {
             assert!(
                 there == wanted,
                 "docs/operations.md is not as declared; \
-                 `PALMARES_WRITE_DOCS=1 cargo test -p palmares-server --lib metrics` writes its table"
+                 `PALMARES_WRITE_DOCS=1 cargo test -p palmares-metrics --lib` writes its table"
             );
         }
     }

@@ -246,6 +246,11 @@ impl Session {
             Err(_) => competition.hand_infos(store, background, None).await.unwrap_or_default(),
         };
         self.catch_up();
+        let mut run = self.machine.run_info();
+        // A realtime world has ticked meanwhile: these observations come after the welcome.
+        if let (Some(run), Some(oldest)) = (&mut run, self.stream().and_then(|live| live.oldest_waiting())) {
+            run.tick = run.tick.min(oldest);
+        }
         Reply::Welcome(Box::new(Welcome {
             id,
             session_id: self.held.session_id.clone(),
@@ -258,7 +263,7 @@ impl Session {
             tasks: competition.task_infos(),
             hands,
             specs: Specs::default(),
-            run: self.machine.run_info(),
+            run,
             note: self.note.take(),
         }))
     }

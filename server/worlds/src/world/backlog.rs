@@ -58,6 +58,12 @@ impl<T> Group<T> {
     }
 }
 
+impl<T> Default for Backlog<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<T> Backlog<T> {
     /// The backlog of a run at tick 0.
     pub fn new() -> Self {

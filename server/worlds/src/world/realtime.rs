@@ -199,6 +199,11 @@ impl RealtimeWorld {
         self.stream.lock().waiting.pop_front()
     }
 
+    /// Tick of the oldest observation in the stream.
+    pub fn oldest_waiting(&self) -> Option<u64> {
+        self.stream.lock().waiting.front().map(|waiting| waiting.observation.tick)
+    }
+
     /// Makes [`RealtimeWorld::changed`] return again if the stream is not empty.
     pub fn renotify(&self) {
         if !self.stream.lock().waiting.is_empty() {
