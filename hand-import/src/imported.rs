@@ -7,7 +7,7 @@ use palmares_models::error::LoadWarning;
 
 use crate::decision::{Decision, DecisionKind};
 use crate::error::ImportError;
-use crate::format::Format;
+use crate::read::Format;
 
 /// An imported hand, not yet on disk.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! Imports published descriptions of hands: a folder, archive or file in another program's format becomes `hand.urdf`,
 //! `hand.toml` and meshes.
 //!
-//! 1. [`source`] opens the files, [`format`](mod@format) recognises the description by its content.
+//! 1. [`source`] opens the files, `hand-import/src/read/content.rs` recognises the description by its content.
 //! 2. `hand-import/src/read/` has a reader for each format. It fills a [`draft::Draft`], what the source states, and [`decision`]
 //!    collects what was taken, guessed and dropped, and what is wrong.
 //! 3. `hand-import/src/complete/` fills the gaps of a draft, `hand-import/src/meshes/` converts meshes.
@@ -33,11 +33,11 @@ use palmares_models::read::{Files, LoadOptions, from_files};
 
 use crate::decision::{At, Log};
 use crate::error::ImportError;
-use crate::format::Format;
 use crate::source::Source;
 
 pub use crate::imported::Imported;
 pub use crate::options::ImportOptions;
+pub use crate::read::Format;
 
 /// Links and joints of a robot; more than those of a hand, as some are left out.
 const MAX_LINKS: usize = 1024;
@@ -66,7 +66,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, ImportEr
 /// # Errors
 /// As [`import`].
 pub fn import_source(source: &Source, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let (file, format) = source.description(options.robot.as_deref())?;
+    let (file, format) = read::content::description(source, options.robot.as_deref())?;
     let (mut draft, mut log) = read::read(source, &file, format, options)?;
     if let Some(name) = &options.name {
         draft.name.clone_from(name);

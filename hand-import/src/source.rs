@@ -7,7 +7,6 @@ use palmares_models::error::ModelError;
 use palmares_models::read::{Files, Limits, read_limited};
 
 use crate::error::ImportError;
-use crate::format::{Content, Format, recognise};
 
 /// Files of a source; published packages of whole robots have some thousands.
 const MAX_FILES: usize = 20_000;
@@ -41,7 +40,6 @@ pub struct Source {
     paths: Vec<PathBuf>,
     /// Folders of ROS packages by name.
     packages: BTreeMap<String, PathBuf>,
-    /// The description that the caller named, if it is a file.
     named: Option<PathBuf>,
 }
 
@@ -175,56 +173,9 @@ impl Source {
         Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').to_owned())
     }
 
-    /// The description to import, and its format: the named file, or the only one of the source that `robot` selects.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn description(&self, robot: Option<&str>) -> Result<(PathBuf, Format), ImportError> {
-        if let Some(named) = &self.named {
-            return match recognise(&self.text(named, "source")?) {
-                Content::Robot(format) => Ok((named.clone(), format)),
-                content => Err(ImportError::unreadable(self.display(named), content.problem())),
-            };
-        }
-        let mut found: Vec<(PathBuf, Format)> = Vec::new();
-        let mut pointers = 0;
-        for path in self.paths.iter().filter(|path| may_describe(path)) {
-            let Ok(text) = self.text(path, "source") else { continue };
-            match recognise(&text) {
-                Content::Robot(format) => found.push((path.clone(), format)),
-                Content::LfsPointer => pointers += 1,
-                _ => {}
-            }
-        }
-        let chosen: Vec<&(PathBuf, Format)> = match robot {
-            Some(robot) => found.iter().filter(|(path, _)| selects(robot, path)).collect(),
-            None => {
-                let own = found.iter().filter(|(path, _)| path == Path::new("hand.urdf"));
-                let own: Vec<_> = own.collect();
-                if own.is_empty() { found.iter().collect() } else { own }
-            }
-        };
-        let named = |list: &[&(PathBuf, Format)]| {
-            list.iter().map(|(path, format)| format!("{} ({})", path.display(), format.name())).collect()
-        };
-        match (chosen.as_slice(), robot) {
-            ([one], _) => Ok((one.0.clone(), one.1)),
-            ([], Some(robot)) if !found.is_empty() => {
-                let all: Vec<String> = named(&found.iter().collect::<Vec<_>>());
-                let problem = format!("no robot '{robot}'; there are: {}", all.join(", "));
-                Err(ImportError::unreadable(self.root(), problem))
-            }
-            ([], _) => {
-                let mut problem = format!("has no robot in a known format ({})", Format::NAMES);
-                if pointers > 0 {
-                    problem += &format!("; {pointers} files are Git LFS pointers: run `git lfs pull` there");
-                }
-                Err(ImportError::unreadable(self.root(), problem))
-            }
-            (several, _) => {
-                Err(ImportError::Several { source_path: self.root().to_owned(), robots: named(several) })
-            }
-        }
+    /// The description that the caller named, if it is a file.
+    pub fn named(&self) -> Option<&Path> {
+        self.named.as_deref()
     }
 
     /// The file that a description at `from` calls `name`: a relative path, `package://…`, `model://…`, `file://…`.
@@ -315,19 +266,6 @@ fn percent_decoded(text: &str) -> Option<String> {
         rest = if code.is_some() { &after[2..] } else { after };
     }
     String::from_utf8(bytes).ok().filter(|decoded| decoded != text)
-}
-
-/// Whether a file's name is one that a description can have.
-fn may_describe(path: &Path) -> bool {
-    let kind = path.extension().map(|kind| kind.to_string_lossy().to_ascii_lowercase());
-    kind.is_some_and(|kind| ["urdf", "xacro", "xml", "mjcf", "sdf", "rob"].contains(&kind.as_str()))
-}
-
-/// Whether `--robot` means this file: by its path, an end of it, or its name without extensions.
-fn selects(robot: &str, path: &Path) -> bool {
-    let stem = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let stem = stem.split('.').next().unwrap_or_default();
-    path.ends_with(robot) || stem == robot
 }
 
 fn ends_with(path: &Path, end: &Path) -> bool {

@@ -127,11 +127,7 @@ pub enum HandCommand {
     #[command(after_help = DECOMPOSE_HELP)]
     Decompose(DecomposeArgs),
     /// Import a published hand: write hand.urdf, hand.toml and meshes
-    ///
-    /// Reads URDF and xacro with the files of their ROS package, MJCF, SDF, Klamp't's .rob and GraspIt! XML; meshes in STL, OBJ,
-    /// COLLADA and .glb. The format is recognised by content. All that was taken in other words,
-    /// guessed or dropped, and all problems, are comments in the written files. The guide: docs/hands.md.
-    #[command(after_help = IMPORT_HELP)]
+    #[command(long_about = import::about(), after_help = IMPORT_HELP)]
     Import(ImportArgs),
     /// Draft the hand.toml of a URDF: its motors, tendons, coordinates and links, with comments
     ///

@@ -3,7 +3,7 @@
 use clap::Args;
 use palmares_hand_import::decision::{Decision, DecisionKind};
 use palmares_hand_import::error::ImportError;
-use palmares_hand_import::{ImportOptions, Imported, import};
+use palmares_hand_import::{Format, ImportOptions, Imported, import};
 use palmares_protocol::text::printable;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -85,6 +85,17 @@ struct Report<'a> {
     files: Vec<String>,
     decisions: &'a [Decision],
     warnings: Vec<String>,
+}
+
+/// The command in its help.
+pub(crate) fn about() -> String {
+    let formats = Format::names();
+    format!(
+        "Import a published hand: write hand.urdf, hand.toml and meshes\n\n\
+         Reads {formats}; URDF and xacro with the files of their ROS package, meshes in STL, OBJ, COLLADA and .glb. \
+         The format is recognised by content. All that was taken in other words, guessed or dropped, and all problems, \
+         are comments in the written files. The guide: docs/hands.md."
+    )
 }
 
 /// Imports the hand, writes it and prints the decisions.

@@ -10,10 +10,9 @@ use palmares_models::read::{Files, LoadOptions, Loaded, from_files};
 use crate::complete::{self, Complete};
 use crate::decision::Log;
 use crate::error::ImportError;
-use crate::format::Format;
 use crate::imported::Imported;
 use crate::options::ImportOptions;
-use crate::read;
+use crate::read::{self, Format};
 use crate::source::Source;
 
 /// A format to write.
@@ -47,7 +46,7 @@ pub fn export(hand: &str, target: ExportTarget) -> Result<Imported, ImportError>
 /// The source gives no hand.
 pub fn from_source(source: &Source, target: ExportTarget) -> Result<Imported, ImportError> {
     let options = ImportOptions::default();
-    let (file, format) = source.description(None)?;
+    let (file, format) = read::content::description(source, None)?;
     let (draft, mut log) = read::read(source, &file, format, &options)?;
     let hand = complete::complete(draft, source, &options, &mut log);
     let (mut files, Loaded { hand: loaded, warnings, .. }) = written(&hand, &log, format, source, &file)?;

@@ -23,11 +23,17 @@ use super::reading::Reading;
 use crate::decision::At;
 use crate::draft::{Draft, Origin};
 use crate::error::ImportError;
+use crate::format::Glance;
 use crate::xml::{child_text, children};
 
+/// Whether a file is a robot of GraspIt!.
+pub(super) fn is(file: &Glance<'_>) -> bool {
+    file.root == "robot" && ["<palm>", "<palm "].iter().any(|palm| file.text.contains(palm))
+}
+
 /// Reads a robot.
-pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
-    let text = without_comments(text);
+pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
+    let text = without_comments(&reading.text);
     let document = reading.xml(&text)?;
     let robot = document.root_element();
     let stem = reading.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();

@@ -13,11 +13,13 @@ use self::join::join;
 use self::lines::{Line, lines};
 use self::robot::Robot;
 use self::rotation::{columns, rotation};
+use super::Format;
+use super::content::{Content, recognise};
 use super::reading::Reading;
 use crate::decision::At;
 use crate::draft::{Draft, Geometry, Inertial, Joint, JointKind, Link, LinkShape, Mesh, Origin, Triangles};
 use crate::error::ImportError;
-use crate::format::{Content, Format, recognise};
+use crate::format::Glance;
 
 /// Keywords that have no place in a hand, and why.
 const DROPPED: [(&str, &str); 13] = [
@@ -36,9 +38,20 @@ const DROPPED: [(&str, &str); 13] = [
     ("nocollision", "names links that do not touch the world; here all do"),
 ];
 
+/// A `.rob` has a keyword at the start of each line, among them the names of its links and their parents.
+pub(super) fn is(file: &Glance<'_>) -> bool {
+    if !file.root.is_empty() {
+        return false;
+    }
+    let keywords = || file.text.lines().filter_map(|line| line.split_whitespace().next());
+    let has = |word: &str| keywords().any(|found| found.eq_ignore_ascii_case(word));
+    let poses = ["TParent", "axis", "alpha", "alphadeg"].into_iter().any(has);
+    (has("links") && has("parents")) || ((has("links") || has("parents")) && poses)
+}
+
 /// Reads a `.rob`.
-pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
-    let lines = lines(text);
+pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
+    let lines = lines(&reading.text);
     let names = names(&lines);
     if names.is_empty() {
         return Err(ImportError::unreadable(&reading.log.file, "has no `links` and no `parents`"));
@@ -341,11 +354,10 @@ impl Robot<'_> {
             }
             return Ok(());
         }
-        let text = reading.source.text(&found, "mounted robot")?;
-        let mut inner = reading.of(&found);
-        let part = match recognise(&text) {
-            Content::Robot(Format::Klampt) => read(&text, &mut inner)?,
-            Content::Robot(Format::Urdf) => super::urdf::read(&text, &mut inner)?,
+        let mut inner = reading.of(&found, "mounted robot")?;
+        let part = match recognise(&inner.text) {
+            Content::Robot(Format::Klampt) => read(&mut inner)?,
+            Content::Robot(Format::Urdf) => super::urdf::read(&mut inner)?,
             content => {
                 reading.log.problem(At::Hand, element, format!("the file {}", content.problem()));
                 return Ok(());

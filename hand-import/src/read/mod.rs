@@ -3,6 +3,7 @@
 //! A reader stops only at a file that is not well-formed. Every other fault is a decision in the log, so that one run
 //! lists all of them.
 
+pub(crate) mod content;
 pub(crate) mod element;
 mod graspit;
 mod klampt;
@@ -17,10 +18,60 @@ use std::path::Path;
 use crate::decision::{At, Log};
 use crate::draft::Draft;
 use crate::error::ImportError;
-use crate::format::Format;
+use crate::format::Glance;
 use crate::options::ImportOptions;
 use crate::source::Source;
 use reading::Reading;
+
+/// Makes [`Format`] from the table of formats.
+macro_rules! formats {
+    ($($Format:ident => $module:ident, $name:literal, $endings:expr;)*) => {
+        /// Format of a description.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Format {
+            $(#[doc = $name] $Format,)*
+        }
+
+        impl Format {
+            /// All formats.
+            pub(crate) const ALL: &[Format] = &[$(Format::$Format),*];
+
+            /// Names of all formats, for messages.
+            pub fn names() -> String {
+                [$($name),*].join(", ")
+            }
+
+            /// Its name in messages.
+            pub fn name(self) -> &'static str {
+                match self { $(Format::$Format => $name,)* }
+            }
+
+            /// Endings of names of its files.
+            fn endings(self) -> &'static [&'static str] {
+                match self { $(Format::$Format => &$endings,)* }
+            }
+
+            /// Whether a file has this format.
+            fn is(self, file: &Glance<'_>) -> bool {
+                match self { $(Format::$Format => $module::is(file),)* }
+            }
+
+            fn read(self, reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
+                match self { $(Format::$Format => $module::read(reading),)* }
+            }
+        }
+    };
+}
+
+// A new format is one line here, and one module with `is` and `read`. Of several that a file has, the last one counts.
+formats! {
+    Urdf => urdf, "URDF", ["urdf"];
+    Xacro => xacro, "xacro", ["xacro"];
+    Mjcf => mjcf, "MJCF", ["xml", "mjcf"];
+    Sdf => sdf, "SDF", ["sdf"];
+    Klampt => klampt, "Klamp't .rob", ["rob"];
+    Graspit => graspit, "GraspIt! XML", ["xml"];
+}
 
 /// Reads the description at `path`.
 pub(crate) fn read(
@@ -29,9 +80,7 @@ pub(crate) fn read(
     format: Format,
     options: &ImportOptions,
 ) -> Result<(Draft, Log), ImportError> {
-    let shown = source.display(path);
-    let mut reading = Reading { source, path: path.to_owned(), log: Log::new(&shown), mounted: 0 };
-    let text = source.text(path, format.name())?;
+    let mut reading = Reading::open(source, path, format.name(), options)?;
     if format != Format::Xacro && !options.xacro_arguments.is_empty() {
         reading.log.dropped(
             At::Hand,
@@ -39,13 +88,6 @@ pub(crate) fn read(
             format!("the file is {}, which has no arguments", format.name()),
         );
     }
-    let draft = match format {
-        Format::Urdf => urdf::read(&text, &mut reading)?,
-        Format::Xacro => xacro::read(&mut reading, &options.xacro_arguments)?,
-        Format::Klampt => klampt::read(&text, &mut reading)?,
-        Format::Graspit => graspit::read(&text, &mut reading)?,
-        Format::Mjcf => mjcf::read(&mut reading)?,
-        Format::Sdf => sdf::read(&mut reading)?,
-    };
+    let draft = format.read(&mut reading)?;
     Ok((draft, reading.log))
 }

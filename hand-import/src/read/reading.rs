@@ -1,10 +1,14 @@
 //! A description that is being read.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use palmares_models::error::ModelError;
 
 use crate::decision::{At, Log};
 use crate::draft::{Mesh, Triangles};
 use crate::error::ImportError;
+use crate::options::ImportOptions;
 use crate::source::{Source, limits};
 
 /// One description that is being read.
@@ -13,6 +17,10 @@ pub(crate) struct Reading<'a> {
     pub(crate) source: &'a Source,
     /// The description, by its path in the source.
     pub(crate) path: PathBuf,
+    /// Its text.
+    pub(crate) text: Rc<str>,
+    /// The choices of the import.
+    pub(crate) options: &'a ImportOptions,
     /// The decisions.
     pub(crate) log: Log,
     /// Files that name this one as a part, from the description down.
@@ -31,10 +39,22 @@ pub(crate) fn settings(reading: &mut Reading<'_>) -> Result<Option<String>, Impo
 }
 
 impl<'a> Reading<'a> {
+    /// Opens a file of a source; `element` names it.
+    pub(crate) fn open(
+        source: &'a Source,
+        path: &Path,
+        element: &str,
+        options: &'a ImportOptions,
+    ) -> Result<Reading<'a>, ModelError> {
+        let text = source.text(path, element)?.into();
+        let log = Log::new(&source.display(path));
+        Ok(Reading { source, path: path.to_owned(), text, options, log, mounted: 0 })
+    }
+
     /// A reading of another file of the same source, which this one names; it has a log of its own.
-    pub(crate) fn of(&self, path: &Path) -> Reading<'a> {
-        let log = Log::new(&self.source.display(path));
-        Reading { source: self.source, path: path.to_owned(), log, mounted: self.mounted + 1 }
+    pub(crate) fn of(&self, path: &Path, element: &str) -> Result<Reading<'a>, ModelError> {
+        let other = Reading::open(self.source, path, element, self.options)?;
+        Ok(Reading { mounted: self.mounted + 1, ..other })
     }
 
     /// The mesh that the description calls `name`, or `None` with a decision in the log: a problem, unless it is only a

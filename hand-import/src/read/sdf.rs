@@ -17,15 +17,20 @@ use self::scope::Scope;
 use crate::decision::At;
 use crate::draft::Draft;
 use crate::error::ImportError;
+use crate::format::Glance;
 use crate::read::element::{Element, Notes, parse};
 use crate::read::reading::Reading;
+
+/// Whether a file is SDF; old ones have the root `<gazebo>`.
+pub(super) fn is(file: &Glance<'_>) -> bool {
+    matches!(file.root, "sdf" | "gazebo")
+}
 
 /// Reads the document of a reading.
 pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
     let (source, path, log) = (reading.source, reading.path.as_path(), &mut reading.log);
     let shown = source.display(path);
-    let text = source.text(path, "source")?;
-    let root = parse(&shown, &text).map_err(|problem| ImportError::unreadable(&shown, problem))?;
+    let root = parse(&shown, &reading.text).map_err(|problem| ImportError::unreadable(&shown, problem))?;
     let worlds = root.all("world").flat_map(|world| &world.children);
     let all: Vec<&Element> = root.children.iter().chain(worlds).collect();
     let models: Vec<&Element> = all.iter().copied().filter(|element| element.name == "model").collect();

@@ -6,6 +6,7 @@ mod gazebo;
 mod links;
 
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 use roxmltree::Node;
 
@@ -14,14 +15,21 @@ use super::reading::{Reading, settings};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft, Joint, JointKind};
 use crate::error::ImportError;
+use crate::format::Glance;
 use crate::xml::{Element, child, children};
 
 /// Elements of a robot that only change its look or belong to other programs.
 const SILENT: [&str; 2] = ["material", "comment"];
 
+/// Whether a file is URDF, whose macros are expanded.
+pub(super) fn is(file: &Glance<'_>) -> bool {
+    file.root == "robot" && file.text.contains("<link") && !file.text.contains("<xacro:")
+}
+
 /// Reads a URDF.
-pub(crate) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
-    let document = reading.xml(text)?;
+pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
+    let text = Rc::clone(&reading.text);
+    let document = reading.xml(&text)?;
     let robot = document.root_element();
     let mut draft = Draft {
         name: robot.attribute("name").unwrap_or("hand").to_owned(),

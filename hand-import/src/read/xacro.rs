@@ -13,6 +13,7 @@ use super::urdf;
 use crate::decision::At;
 use crate::draft::Draft;
 use crate::error::ImportError;
+use crate::format::Glance;
 use crate::source::limits;
 
 /// Longest time that xacro may take.
@@ -46,8 +47,15 @@ const NOT_INSTALLED: i32 = 77;
 const INSTALL: &str = "is xacro, and no xacro is installed here: `python3 -m pip install xacro pyyaml`, or source a ROS \
                        installation that has it; or run xacro elsewhere and import the URDF";
 
+/// Whether a file is a robot with macros; one with macros for other files has no name.
+pub(super) fn is(file: &Glance<'_>) -> bool {
+    let named = || file.tag.split_whitespace().any(|word| word == "name" || word.starts_with("name="));
+    file.root == "robot" && file.text.contains("<xacro:") && named()
+}
+
 /// Reads a xacro file.
-pub(crate) fn read(reading: &mut Reading<'_>, arguments: &[String]) -> Result<Draft, ImportError> {
+pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
+    let arguments = &reading.options.xacro_arguments;
     let file = reading.log.file.clone();
     if !file.is_file() {
         return Err(ImportError::unreadable(file, "is xacro in an archive; unpack it and import the folder"));
@@ -94,7 +102,8 @@ pub(crate) fn read(reading: &mut Reading<'_>, arguments: &[String]) -> Result<Dr
         return Err(ImportError::unreadable(file, format!("xacro refuses it: {last}")));
     }
     reading.log.taken(At::Hand, "robot", "xacro's macros are expanded");
-    urdf::read(&text, reading)
+    reading.text = text.into();
+    urdf::read(reading)
 }
 
 /// The Python in the first line of a program in one of the folders.

@@ -390,7 +390,7 @@ fn text_of_windows_comments_and_escaped_paths_are_read() {
     source.write("meshes/my part.stl", &cube_stl(0.02));
     let imported = source.import("claw.urdf");
     no_problems(&imported);
-    assert_eq!(imported.format, palmares_hand_import::format::Format::Urdf);
+    assert_eq!(imported.format, palmares_hand_import::Format::Urdf);
     assert_eq!(loaded(&imported).links.len(), 3);
     let entities = "<!DOCTYPE robot [ <!ENTITY a '<link/>'> ]>";
     source.write("claw.urdf", finger("").replace("<robot", &format!("{entities}<robot")).as_bytes());

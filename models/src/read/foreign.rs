@@ -8,8 +8,6 @@ use crate::error::ModelError;
 
 /// First line of the pointer that Git LFS keeps in a repository instead of a file.
 const LFS: &[u8] = b"version https://git-lfs.github.com/spec/";
-/// The command that makes a hand of other formats.
-const IMPORT: &str = "a URDF: `palmares hand import FILE --out my-hand/` writes one";
 
 /// Rejects a pointer of Git LFS.
 pub(super) fn check_pointer(bytes: &[u8], element: &str, report: &Report) -> Result<(), ModelError> {
@@ -20,23 +18,21 @@ pub(super) fn check_pointer(bytes: &[u8], element: &str, report: &Report) -> Res
     Err(report.bad(element, problem, "the file: run `git lfs pull` in its repository"))
 }
 
-/// Rejects a file that is no URDF but another format that is known.
+/// Rejects a file that is no URDF: `palmares hand import` knows the other formats.
 pub(super) fn check_urdf(file: &Path, text: &str, report: &Report) -> Result<(), ModelError> {
     check_pointer(text.as_bytes(), "URDF", report)?;
-    let format = match first_tag(text) {
-        _ if has_extension(file, "rob") => "a robot of Klamp't",
-        Some("mujoco" | "mujocoinclude") => "MJCF, a model of MuJoCo",
-        Some("sdf") => "SDF, a model of Gazebo",
-        Some("COLLADA") => "COLLADA, a mesh",
+    let (problem, valid) = match first_tag(text) {
         Some("robot") if has_extension(file, "xacro") || text.contains("<xacro:") => {
-            let problem = "is xacro, a URDF with macros";
-            let valid =
-                "a URDF: `palmares hand import FILE --out my-hand/`, or `xacro FILE > hand.urdf`, writes one";
-            return Err(report.bad("URDF", problem, valid));
+            ("is xacro, a URDF with macros".to_owned(), ", or `xacro FILE > hand.urdf`, writes one")
         }
-        _ => return Ok(()),
+        Some("robot" | "") => return Ok(()),
+        Some(root) => {
+            let root: String = root.chars().take(40).collect();
+            (format!("is no URDF: its root element is <{root}>"), " makes one of other programs' formats")
+        }
+        None => ("is no URDF: it is no XML".to_owned(), " makes one of other programs' formats"),
     };
-    Err(report.bad("URDF", format!("is {format}"), IMPORT))
+    Err(report.bad("URDF", problem, format!("a URDF: `palmares hand import FILE --out my-hand/`{valid}")))
 }
 
 /// Name of the root element, without parsing the rest.

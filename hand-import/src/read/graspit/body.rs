@@ -22,19 +22,15 @@ pub(super) fn body(name: &str, file: &str, shapes: Origin, reading: &mut Reading
     }
     let found = reading.source.resolve(&reading.path, &format!("iv/{file}"));
     let found = found.or_else(|_| reading.source.resolve(&reading.path, file));
-    let text = found.and_then(|found| {
-        let text = reading.source.text(&found.path, &element).map_err(|error| error.to_string())?;
-        Ok((found.path, text))
-    });
-    let (path, text) = match text {
-        Ok(read) => read,
+    let inner = found.and_then(|found| reading.of(&found.path, &element).map_err(|error| error.to_string()));
+    let mut inner = match inner {
+        Ok(inner) => inner,
         Err(problem) => {
             reading.log.problem(at, element, format!("its body {problem}"));
             return link;
         }
     };
-    let mut inner = reading.of(&path);
-    let text = super::comments::without_comments(&text);
+    let text = super::comments::without_comments(&inner.text);
     let document = match inner.xml(&text) {
         Ok(document) => document,
         Err(error) => {

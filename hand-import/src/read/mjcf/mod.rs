@@ -32,8 +32,13 @@ mod wrap;
 
 use crate::draft::Draft;
 use crate::error::ImportError;
-use crate::format::STATED;
+use crate::format::{Glance, STATED};
 use crate::read::reading::{Reading, settings};
+
+/// Whether a file is MJCF.
+pub(super) fn is(file: &Glance<'_>) -> bool {
+    file.root == "mujoco"
+}
 
 /// Reads the document of a reading.
 pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {

@@ -12,6 +12,7 @@ use super::model::Model;
 use super::motions::Motions;
 use crate::decision::{DecisionKind, Log};
 use crate::draft::{Draft, Drive, Geometry, JointKind, TendonPath};
+use crate::options::ImportOptions;
 use crate::read::reading::Reading;
 use crate::source::Source;
 
@@ -33,7 +34,8 @@ fn model(content: &str) -> Model {
 fn read(files: &[(&str, &str)]) -> (Draft, Log) {
     let source = source(files);
     let path = PathBuf::from("hand.xml");
-    let mut reading = Reading { source: &source, path: path.clone(), log: Log::new(&path), mounted: 0 };
+    let options = ImportOptions::default();
+    let mut reading = Reading::open(&source, &path, "MJCF", &options).expect("a text");
     let draft = super::read(&mut reading).expect("a hand");
     (draft, reading.log)
 }

@@ -5,6 +5,7 @@ use palmares_models::Vec3;
 
 use crate::decision::Log;
 use crate::draft::{Draft, JointKind};
+use crate::options::ImportOptions;
 use crate::read::reading::Reading;
 use crate::source::Source;
 
@@ -12,7 +13,8 @@ fn read(files: &[(&str, &str)]) -> (Draft, Log) {
     let entries = files.iter().map(|(name, text)| (PathBuf::from(name), text.as_bytes().to_vec())).collect();
     let source = Source::memory(Path::new("test"), entries).expect("small");
     let path = PathBuf::from("model.sdf");
-    let mut reading = Reading { source: &source, path: path.clone(), log: Log::new(&path), mounted: 0 };
+    let options = ImportOptions::default();
+    let mut reading = Reading::open(&source, &path, "SDF", &options).expect("a text");
     let draft = super::read(&mut reading).expect("a hand");
     (draft, reading.log)
 }
