@@ -5,7 +5,10 @@ import { entity } from './fixture';
 import { InvalidReplay, readRecording } from './recording';
 
 const TICKS = 2100;
-const EVENTS = [{ tick: 40, kind: 'in_goal', object: 0 }, { tick: TICKS + 2, kind: 'in_goal', object: 1 }];
+const EVENTS = [
+  { tick: 40, kind: 'in_goal', object: 0 },
+  { tick: TICKS + 2, kind: 'in_goal', object: 1 },
+];
 
 /** Bytes as a zstd frame of one block that is not compressed. */
 function zstd(data: Uint8Array): Uint8Array {
@@ -13,26 +16,38 @@ function zstd(data: Uint8Array): Uint8Array {
   head.setUint32(0, 0xfd2fb528, true);
   head.setUint8(4, 0xa0);
   head.setUint32(5, data.length, true);
-  head.setUint8(9, (data.length << 3 | 1) & 0xff);
+  head.setUint8(9, ((data.length << 3) | 1) & 0xff);
   head.setUint16(10, data.length >> 5, true);
   return new Uint8Array([...new Uint8Array(head.buffer), ...data]);
 }
 
 /** `foxglove.FrameTransforms` of one frame. */
 function transform(into: PbfWriter, parent: string, child: string, pose: number[]): void {
-  const doubles = (numbers: number[], pbf: PbfWriter): void => { numbers.forEach((number, k) => { pbf.writeDoubleField(k + 1, number); }); };
-  into.writeMessage(1, (_, pbf) => {
-    pbf.writeStringField(2, parent);
-    pbf.writeStringField(3, child);
-    pbf.writeMessage(4, doubles, pose.slice(0, 3));
-    pbf.writeMessage(5, doubles, pose.slice(3));
-  }, null);
+  const doubles = (numbers: number[], pbf: PbfWriter): void => {
+    numbers.forEach((number, k) => {
+      pbf.writeDoubleField(k + 1, number);
+    });
+  };
+  into.writeMessage(
+    1,
+    (_, pbf) => {
+      pbf.writeStringField(2, parent);
+      pbf.writeStringField(3, child);
+      pbf.writeMessage(4, doubles, pose.slice(0, 3));
+      pbf.writeMessage(5, doubles, pose.slice(3));
+    },
+    null,
+  );
 }
 
 /** A replay as the server writes them: the ball goes 2 m/s along x, the finger is 0.1 m before a palm that is turned a quarter. */
 async function made(metadata: McapTypes.Metadata[]): Promise<Uint8Array> {
   const writable = new TempBuffer();
-  const writer = new McapWriter({ writable, chunkSize: 1 << 15, compressChunk: (data) => ({ compression: 'zstd', compressedData: zstd(data) }) });
+  const writer = new McapWriter({
+    writable,
+    chunkSize: 1 << 15,
+    compressChunk: (data) => ({ compression: 'zstd', compressedData: zstd(data) }),
+  });
   await writer.start({ profile: '', library: '' });
   const channels = new Map<string, number>();
   for (const topic of ['/scene', '/tf', '/action', '/event', '/telemetry']) {
@@ -43,7 +58,12 @@ async function made(metadata: McapTypes.Metadata[]): Promise<Uint8Array> {
     const encoded = data instanceof Uint8Array ? data : new TextEncoder().encode(JSON.stringify(data));
     await writer.addMessage({ channelId: channels.get(topic) ?? -1, sequence: 0, logTime: time, publishTime: time, data: encoded });
   };
-  const entities = [entity('ball', 'ball'), entity('table', 'world'), entity('hand/palm', 'hand/palm'), entity('hand/finger', 'hand/finger')];
+  const entities = [
+    entity('ball', 'ball'),
+    entity('table', 'world'),
+    entity('hand/palm', 'hand/palm'),
+    entity('hand/finger', 'hand/finger'),
+  ];
   await add('/scene', 0, { entities });
   for (let tick = 0; tick < TICKS; tick += 1) {
     await add('/action', tick, { tick, action: { base: { position: [tick, 0, 0], quat_xyzw: [0, 0, 0, 1] }, hand: [tick / TICKS] } });
@@ -87,7 +107,9 @@ describe('a file', () => {
 
   it('of a run is read', async () => {
     const progress: number[] = [];
-    const { info, outcome, signed, scene, tickS, duration, poses, events, actions, telemetry } = await readRecording(await replay, (done) => progress.push(done));
+    const { info, outcome, signed, scene, tickS, duration, poses, events, actions, telemetry } = await readRecording(await replay, (done) =>
+      progress.push(done),
+    );
     expect([info.get('team'), outcome, signed, tickS]).toEqual(['crabs', OUTCOME, true, 0.01]);
     expect(scene.bodies.map(({ name }) => name)).toEqual(['ball', 'table', 'palm', 'finger']);
     expect([scene.moving, scene.goals, scene.regions]).toEqual([[0, 2, 3], ['in the bin'], []]);
@@ -97,8 +119,14 @@ describe('a file', () => {
     expect(actions).toHaveLength(TICKS);
     expect(actions[21]).toEqual({ tick: 21, hand: [0.01], base: [21, 0, 0, 0, 0, 0, 1] });
     expect(poses.times).toHaveLength(TICKS / 50);
-    for (const [place, expected] of [[0, [20, 0, 0, 0, 0, 0, 1]], [7, [0, 0.5, 0, 0, 0, Math.SQRT1_2, Math.SQRT1_2]], [14, [0, 0.6, 0, 0, 0, Math.SQRT1_2, Math.SQRT1_2]]] as const) {
-      expected.forEach((number, k) => { expect(poses.at(10)[place + k]).toBeCloseTo(number, 5); });
+    for (const [place, expected] of [
+      [0, [20, 0, 0, 0, 0, 0, 1]],
+      [7, [0, 0.5, 0, 0, 0, Math.SQRT1_2, Math.SQRT1_2]],
+      [14, [0, 0.6, 0, 0, 0, Math.SQRT1_2, Math.SQRT1_2]],
+    ] as const) {
+      expected.forEach((number, k) => {
+        expect(poses.at(10)[place + k]).toBeCloseTo(number, 5);
+      });
     }
     expect(scene.bodies[3]?.position[1]).toBeCloseTo(0.6);
     expect(telemetry).toMatchObject([{ tick: 7, score: 1.5, q: [0.25, -0.5], contact_a: [0, 300] }]);
