@@ -46,11 +46,13 @@ fn each<T: Sync, R: Send>(
     let workers = workers.started()?;
     let mut all: Vec<_> = items.iter().map(|item| (item, None)).collect();
     py.detach(|| workers.each(&mut all, |(item, found)| *found = Some(work(item))));
-    let result = |(k, (_, found)): (usize, (&T, Option<Result<R, NoPrediction>>))| {
-        let found = found.ok_or_else(|| value_error(format!("{} was not computed", name(k))))?;
-        found.map_err(|error| value_error(format!("{}: {error}", name(k))))
-    };
-    all.into_iter().enumerate().map(result).collect()
+    all.into_iter()
+        .enumerate()
+        .map(|(k, (_, found))| {
+            let found = found.ok_or_else(|| value_error(format!("{} was not computed", name(k))))?;
+            found.map_err(|error| value_error(format!("{}: {error}", name(k))))
+        })
+        .collect()
 }
 
 #[pymethods]
