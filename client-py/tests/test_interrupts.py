@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import random
 import threading
@@ -260,6 +261,21 @@ def test_an_interrupted_run_can_be_stopped_and_another_opened(where: str) -> Non
             client.reset("balls", "softhand", seed=1)
             at_line(line, lambda: client.step(hand=[0.7], repeat=5))
             assert client.stop().ticks in (0, 5)
+
+
+@needs_server
+def test_the_heartbeat_needs_no_lock_of_the_logging_module(url: str) -> None:
+    # `logging` of Python 3.11 keeps its lock for ever after an interrupt between its `acquire` and its `try`.
+    lock: Any = logging._lock  # type: ignore[attr-defined]
+    with palmares.Client(url) as client:
+        link: Any = client._session.link
+        with lock:
+            link.abort()
+            beat = threading.Thread(target=link.beat, daemon=True)
+            beat.start()
+            beat.join(timeout=20.0)
+            assert not beat.is_alive()
+        assert link.resumed is not None
 
 
 def test_a_forked_child_has_worlds_of_its_own() -> None:

@@ -7,6 +7,7 @@ the bytes, in the shortest possible time; `benchmarks/round_trip.py` measures it
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import select
 import socket
@@ -35,6 +36,8 @@ MAX_MESSAGE_BYTES = 64 * 1024 * 1024
 CAN_BUSY_POLL = hasattr(os, "sched_yield") and hasattr(select, "poll") and (os.cpu_count() or 1) > 1
 # Longest busy poll for one reply.
 BUSY_POLL_S = 1e-3
+# Made once: making one takes a lock of the logging module, which an interrupted thread may have kept.
+PROTOCOL_LOG = logging.getLogger("websockets.client")
 INTERRUPTED = "a call on this connection was interrupted"
 
 
@@ -97,7 +100,9 @@ class Transport:
         try:
             names = [Subprotocol(name) for name in subprotocols]
             # No compression: it costs more time than sending the bytes it saves.
-            protocol = ClientProtocol(uri, subprotocols=names, max_size=MAX_MESSAGE_BYTES)
+            protocol = ClientProtocol(
+                uri, subprotocols=names, max_size=MAX_MESSAGE_BYTES, logger=PROTOCOL_LOG
+            )
             received = handshake(sock, protocol, headers)
             return cls(sock, protocol, received, timeout_s)
         except BaseException:
