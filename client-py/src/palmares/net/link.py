@@ -277,8 +277,8 @@ class Link:
                 if isinstance(failed, PalmaresError) and failed.fatal:
                     self._ended = failed  # The next request raises it.
                     return
-                # The next request tries again and raises the error. Nothing is logged: that takes a lock which an
-                # interrupted thread may have kept, and this thread holds the connection's.
+                # The next request tries again and raises the error. Nothing is logged here: that takes a lock
+                # which an interrupted thread may have kept, and this thread holds the connection's.
         finally:
             self._lock.release()
 
