@@ -14,7 +14,7 @@ pub mod decision;
 pub mod draft;
 pub mod error;
 pub mod export;
-pub mod format;
+pub mod glance;
 mod imported;
 mod meshes;
 mod numbers;

@@ -18,7 +18,7 @@ use palmares_models::{Pose, Vec3};
 
 use crate::decision::{At, Log};
 use crate::draft::{Draft, Geometry, LinkShape, Mesh, Origin, Triangles};
-use crate::format::{is_lfs_pointer, lfs_problem};
+use crate::glance::{is_lfs_pointer, lfs_problem};
 use crate::source::{Source, limits};
 
 /// A part of a hand larger than this is a mesh in millimetres, m.

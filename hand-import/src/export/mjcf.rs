@@ -12,7 +12,7 @@ use palmares_models::{Mat3, Pose, Vec3};
 use crate::complete::Complete;
 use crate::decision::{At, DecisionKind, Log};
 use crate::draft::{Draft, Geometry, Joint, JointKind, Link, LinkShape, Triangles};
-use crate::format::STATED;
+use crate::glance::STATED;
 
 /// Spring length beyond every tendon's, m or rad.
 const FAR: f64 = 1e9;

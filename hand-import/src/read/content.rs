@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Format;
 use crate::error::ImportError;
-use crate::format::{Glance, is_lfs_pointer, lfs_problem};
+use crate::glance::{Glance, is_lfs_pointer, lfs_problem};
 use crate::source::Source;
 
 /// The content of a file.

@@ -23,7 +23,7 @@ use super::reading::Reading;
 use crate::decision::At;
 use crate::draft::{Draft, Origin};
 use crate::error::ImportError;
-use crate::format::Glance;
+use crate::glance::Glance;
 use crate::xml::{child_text, children};
 
 /// Whether a file is a robot of GraspIt!.

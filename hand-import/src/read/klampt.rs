@@ -19,7 +19,7 @@ use super::reading::Reading;
 use crate::decision::At;
 use crate::draft::{Draft, Geometry, Inertial, Joint, JointKind, Link, LinkShape, Mesh, Origin, Triangles};
 use crate::error::ImportError;
-use crate::format::Glance;
+use crate::glance::Glance;
 
 /// Keywords that have no place in a hand, and why.
 const DROPPED: [(&str, &str); 13] = [

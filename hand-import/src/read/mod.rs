@@ -18,7 +18,7 @@ use std::path::Path;
 use crate::decision::{At, Log};
 use crate::draft::Draft;
 use crate::error::ImportError;
-use crate::format::Glance;
+use crate::glance::Glance;
 use crate::options::ImportOptions;
 use crate::source::Source;
 use reading::Reading;

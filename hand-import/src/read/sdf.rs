@@ -17,7 +17,7 @@ use self::scope::Scope;
 use crate::decision::At;
 use crate::draft::Draft;
 use crate::error::ImportError;
-use crate::format::Glance;
+use crate::glance::Glance;
 use crate::read::element::{Element, Notes, parse};
 use crate::read::reading::Reading;
 

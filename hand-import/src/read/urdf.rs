@@ -15,7 +15,7 @@ use super::reading::{Reading, settings};
 use crate::decision::At;
 use crate::draft::{Coupling, Draft, Joint, JointKind};
 use crate::error::ImportError;
-use crate::format::Glance;
+use crate::glance::Glance;
 use crate::xml::{Element, child, children};
 
 /// Elements of a robot that only change its look or belong to other programs.

@@ -13,7 +13,7 @@ use super::urdf;
 use crate::decision::At;
 use crate::draft::Draft;
 use crate::error::ImportError;
-use crate::format::Glance;
+use crate::glance::Glance;
 use crate::source::limits;
 
 /// Longest time that xacro may take.

@@ -2,6 +2,7 @@
 
 use super::command::{git, output};
 use super::version::Version;
+use crate::cargo::cargo;
 use crate::python::{Environment, project};
 use crate::{viewer, wheel, workspace};
 use anyhow::{Context, Result, ensure};
@@ -210,7 +211,6 @@ impl Artefacts {
         let archive = self.folder.join(self.sdist());
         output(Command::new("tar").arg("--extract").arg("--file").arg(archive), parts.path())?;
         let sources = parts.path().join(format!("palmares-{}", self.version));
-        let cargo = || Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         let mut tree = cargo();
         tree.args([
             "tree",

@@ -52,10 +52,10 @@ parts! {
 /// A dictionary: fields of a struct by their names, then further entries.
 macro_rules! answer {
     ($py:ident $(, $of:ident: {$($field:ident),*})? $(, $name:literal: $value:expr)* $(,)?) => {{
-        let told = pyo3::types::PyDict::new($py);
-        $($(told.set_item(stringify!($field), $of.$field.part($py)?)?;)*)?
-        $(told.set_item($name, $value)?;)*
-        Ok(told.into_any())
+        let dict = pyo3::types::PyDict::new($py);
+        $($(dict.set_item(stringify!($field), $of.$field.part($py)?)?;)*)?
+        $(dict.set_item($name, $value)?;)*
+        Ok(dict.into_any())
     }};
 }
 pub(super) use answer;

@@ -342,8 +342,8 @@ impl HandModel {
             Fate::Held => "held",
             Fate::Fault => "fault",
         };
-        let told = |outcome: Outcome| (word(outcome.fate), outcome.moved, outcome.links);
-        Ok(played.map_err(value_error)?.into_iter().map(told).collect())
+        let row = |outcome: Outcome| (word(outcome.fate), outcome.moved, outcome.links);
+        Ok(played.map_err(value_error)?.into_iter().map(row).collect())
     }
 
     /// Lowers the differences from goals within the bounds of variables.

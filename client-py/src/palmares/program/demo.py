@@ -152,6 +152,7 @@ def in_words(task: str, outcome: dict[str, Any], rows: list[dict[str, Any]], rep
         "leaderboard:",
     ]
     places = (
-        f"  {row['rank']}. {row['team']}: {row['total']:g} points in {row['runs']} run(s)" for row in rows
+        f"  {row['rank']}. {row['team']}: {row['total']:g} points in {counted(row['runs'], 'run')}"
+        for row in rows
     )
     return "\n".join([*lines, *places])

@@ -211,7 +211,7 @@ def play_balls(
             attempts.append(Attempt(row, plan.position, plan.yaw_rad, plan.grasp.name))
             mover.attempt(plan)
             LOG.info(
-                f"attempt {len(attempts):2}: one of {len(in_a)} balls in box A, grasp '{plan.grasp.name}'; "
+                f"attempt {len(attempts):2}: box A had {len(in_a)}; grasp '{plan.grasp.name}'; "
                 f"{mover.obs.sim_time_s:.1f} s simulated"
             )
         mover.wait(kind.rest_s)

@@ -96,8 +96,9 @@ def play_shelf(kind: type[ShelfMover], client: Client, seed: int | None, picks: 
             attempts.append(tried)
             caught += len(mover.inside(mover.box) or []) > len(before)
             LOG.info(
-                f"attempt {len(attempts):2}: {mover.scene.free[tried.index].name}, one of {len(objects)}, "
-                f"grasp '{tried.grasp}'; {mover.obs.sim_time_s:.1f} s simulated"
+                f"attempt {len(attempts):2}: the shelf had {len(objects)}; "
+                f"{mover.scene.free[tried.index].name}, grasp '{tried.grasp}'; "
+                f"{mover.obs.sim_time_s:.1f} s simulated"
             )
         mover.wait(0.5)
     left = mover.inside(mover.shelf)

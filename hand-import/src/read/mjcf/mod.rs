@@ -32,7 +32,7 @@ mod wrap;
 
 use crate::draft::Draft;
 use crate::error::ImportError;
-use crate::format::{Glance, STATED};
+use crate::glance::{Glance, STATED};
 use crate::read::reading::{Reading, settings};
 
 /// Whether a file is MJCF.

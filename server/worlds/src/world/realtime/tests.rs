@@ -57,7 +57,9 @@ fn a_client_that_does_not_read_does_not_slow_the_world() {
         assert!(live.tick(0).is_some());
     }
     assert_eq!((live.tick_now(), live.stats().dropped), (ticks, 10));
+    let oldest = live.oldest_waiting();
     let first = live.pop().expect("waits");
+    assert_eq!(oldest, Some(first.observation.tick));
     assert_eq!(first.observation.tick, 11);
     live.keep_last();
     assert_eq!(live.pop().map(|last| last.observation.tick), Some(ticks));
