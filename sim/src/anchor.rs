@@ -82,11 +82,27 @@ pub struct Pair {
     /// Gap of the deepest point at the last update of the points, m, and the pose of B in A's frame then; 0
     /// and identity for a pair without points.
     pub updated_at: (f64, Pose),
+    /// Linear and angular displacement of B against A that the last step's velocities would make, m and rad, in the frame of
+    /// A and at its origin; `None` if the poses have been changed from outside, or no point bears.
+    pub predicted: Option<[Vec3; 2]>,
+    /// The poses have been changed from outside since the last step.
+    pub placed: bool,
 }
 
 impl Clone for Pair {
     fn clone(&self) -> Self {
-        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, updated_at } = self;
+        let Pair {
+            key,
+            manifold,
+            mean,
+            facing,
+            covered,
+            lever,
+            initial_overlap,
+            updated_at,
+            predicted,
+            placed,
+        } = self;
         Pair {
             key: *key,
             facing: *facing,
@@ -96,12 +112,25 @@ impl Clone for Pair {
             mean: *mean,
             initial_overlap: *initial_overlap,
             updated_at: *updated_at,
+            predicted: *predicted,
+            placed: *placed,
         }
     }
 
     /// Keeps the allocated list of points.
     fn clone_from(&mut self, from: &Self) {
-        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, updated_at } = from;
+        let Pair {
+            key,
+            manifold,
+            mean,
+            facing,
+            covered,
+            lever,
+            initial_overlap,
+            updated_at,
+            predicted,
+            placed,
+        } = from;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses, data: () } =
             manifold;
         self.key = *key;
@@ -111,6 +140,7 @@ impl Clone for Pair {
         self.manifold.subshape_poses.clone_from(subshape_poses);
         (self.mean, self.facing, self.covered, self.lever) = (*mean, *facing, *covered, *lever);
         (self.initial_overlap, self.updated_at) = (*initial_overlap, *updated_at);
+        (self.predicted, self.placed) = (*predicted, *placed);
     }
 }
 
@@ -167,14 +197,36 @@ impl Pair {
             lever: 0.0,
             initial_overlap: 0.0,
             updated_at: (0.0, Pose::IDENTITY),
+            predicted: None,
+            placed: false,
+        }
+    }
+
+    /// The poses of its bodies have been changed from outside.
+    pub(crate) fn place(&mut self) {
+        (self.predicted, self.placed) = (None, true);
+    }
+
+    /// Adds to the anchors that stuck in the last step the part of their displacement that its velocities do not contain, now
+    /// that B is at `a_from_b`. Velocities are tangents of the motion: without this, an object on a palm that turns by ω h in a
+    /// step would creep outwards by (ω h)² r/2, and its anchor would not know.
+    pub(crate) fn follow(&mut self, a_from_b: &Pose) {
+        let Some([linear, angular]) = self.predicted.take() else { return };
+        let moved = *a_from_b * self.updated_at.1.inverse();
+        let normal = self.manifold.local_n1;
+        for point in
+            self.manifold.points.iter_mut().filter(|point| point.data.loaded && point.data.slip == 0.0)
+        {
+            let at = point.local_p1;
+            let beside = moved.transform_point(at) - at - linear - angular.cross(at);
+            point.data.stretch += beside - normal * beside.dot(normal);
         }
     }
 
     /// Whether there is nothing to remember. parry starts its search from the normals, so they count.
     pub(crate) fn is_blank(&self) -> bool {
         // Without points neither face nor lever is known.
-        let Pair { key: _, manifold, mean, facing: _, covered: _, lever: _, initial_overlap, updated_at: _ } =
-            self;
+        let Pair { manifold, mean, initial_overlap, .. } = self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO
             && manifold.local_n2 == Vec3::ZERO
@@ -193,6 +245,8 @@ impl Pair {
             lever,
             initial_overlap,
             updated_at: (gap, a_from_b),
+            predicted,
+            placed: _,
         } = self;
         let of_point = |point: &TrackedContact<Anchor>| {
             bounded_vector(point.local_p1)
@@ -200,12 +254,14 @@ impl Pair {
                 && bounded(&[point.dist])
                 && point.data.is_bounded()
         };
-        bounded(&[*initial_overlap, *gap, *lever])
+        bounded(&[*gap, *lever])
+            && *initial_overlap >= 0.0
             && a_from_b.is_finite()
             && bounded_vector(a_from_b.translation)
             && bounded_vector(manifold.local_n1)
             && bounded_vector(manifold.local_n2)
             && mean.is_bounded()
+            && predicted.iter().flatten().all(|part| bounded_vector(*part))
             && manifold.points.iter().all(of_point)
     }
 
@@ -220,6 +276,8 @@ impl Pair {
             lever,
             initial_overlap,
             updated_at: (gap, a_from_b),
+            predicted,
+            placed,
         } = self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
             manifold;
@@ -232,6 +290,8 @@ impl Pair {
         h.float(*initial_overlap);
         h.float(*gap);
         h.pose(a_from_b);
+        h.word(u64::from(predicted.is_some()) << 1 | u64::from(*placed));
+        predicted.iter().flatten().for_each(|part| h.vector(*part));
         mean.digest(h);
         h.word(points.len() as u64);
         for TrackedContact { local_p1, local_p2, dist, fid1, fid2, data } in points {

@@ -6,6 +6,7 @@
 //! one may have lain on what is gone. Tensions, friction of cables and clutches stay: a step solves them anew from there. Placing
 //! something where it is, with the velocity that it has, changes no bit.
 
+use crate::anchor::Pair;
 use crate::bounds::{MAX_DISTANCE, MAX_SPEED};
 use crate::state::{BaseReference, Sleep};
 use crate::world::World;
@@ -160,6 +161,7 @@ impl World {
         state.sleep.fill(Sleep::default());
         state.earlier.smooth = false;
         state.substeps = 0;
+        state.pairs.iter_mut().for_each(Pair::place);
         self.discard_caches();
     }
 }

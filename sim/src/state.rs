@@ -109,10 +109,10 @@ pub struct MotorState {
 /// Sleep bookkeeping of an object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sleep {
-    /// Steps for which the object has been slow enough without getting faster.
+    /// Steps for which the object has been slow enough.
     pub still_steps: u32,
-    /// Its velocities, linear in m/s and angular in rad/s, when these steps began.
-    pub since: [f64; 6],
+    /// Its displacements, linear in m and angular in rad, in the last two halves of the time of stillness.
+    pub moved: [[f64; 6]; 2],
     /// Whether it sleeps: it then has no velocity and is not solved.
     pub asleep: bool,
 }
@@ -332,9 +332,9 @@ impl State {
             h.word(u64::from(locked.is_some()));
             h.floats(&[locked.unwrap_or(0.0)]);
         }
-        for Sleep { still_steps, since, asleep } in sleep {
+        for Sleep { still_steps, moved, asleep } in sleep {
             h.word(u64::from(*still_steps) << 1 | u64::from(*asleep));
-            h.floats(since);
+            h.floats(moved.as_flattened());
         }
         // The earlier step counts only if the motion was smooth.
         let Earlier { smooth, motion: HandMotion { base, q, v } } = earlier;

@@ -1,6 +1,7 @@
 //! A world: an immutable model, a state, and the scratch memory of a step.
 
 use crate::actuation::{elastic, friction};
+use crate::anchor::Pair;
 use crate::bounds::Fault;
 use crate::command::Command;
 use crate::dynamics::jacobian::{add_link_torque, add_point_force};
@@ -8,7 +9,7 @@ use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
 use crate::outcome::{ContactForce, PhaseTimer, StepOutcome};
 use crate::state::{Sleep, State};
-use crate::step::{self, Scratch, SharedScratch};
+use crate::step::{self, Scratch, SharedScratch, StepForces};
 use palmares_models::Vec3;
 use std::sync::Arc;
 
@@ -54,7 +55,7 @@ impl World {
     pub(crate) fn discard_caches(&mut self) {
         self.scratch.invalidate();
         self.scratch.work.impacts.of_objects.clear();
-        self.scratch.work.forces.clear();
+        self.scratch.work.forces = StepForces::default();
     }
 
     /// Lets a test or a scene builder set velocities and poses by hand. Contact memory is kept.
@@ -62,6 +63,7 @@ impl World {
         self.scratch.invalidate();
         self.state.earlier.smooth = false;
         self.state.substeps = 0;
+        self.state.pairs.iter_mut().for_each(Pair::place);
         &mut self.state
     }
 

@@ -265,11 +265,14 @@ impl Contacts {
         [flat, round]: [(f64, f64); 2],
     ) -> u64 {
         let first_sight = pair.manifold.points.is_empty() || pair.covered;
+        let depth_before = -pair.updated_at.0;
         let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
+        pair.follow(&a_from_b);
         let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
         let spent = refresh(&mut self.finder, pair, (a, b), &a_from_b, reach.margin, reuse, config);
         let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
-        pair.initial_overlap = overlap_left(config, pair.initial_overlap, deepest, first_sight);
+        let placed = std::mem::take(&mut pair.placed) && -deepest > depth_before + config.overlap_m;
+        pair.initial_overlap = overlap_left(config, pair.initial_overlap, deepest, first_sight || placed);
         if pair.manifold.points.is_empty() {
             pair.updated_at = (0.0, Pose::IDENTITY);
             pair.mean = Anchor::default();

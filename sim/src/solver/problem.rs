@@ -95,7 +95,8 @@ pub struct PairProblem {
     /// Whether friction acts at another point than the normal forces, or against spin.
     pub patch: bool,
     pub(super) bodies: [PairBody; 2],
-    pub(super) relative: SpatialVelocity,
+    /// Velocity of B against A at the origin.
+    pub(crate) relative: SpatialVelocity,
     pub(super) direction: SpatialVelocity,
 }
 

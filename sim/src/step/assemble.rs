@@ -23,6 +23,9 @@ const REBOUND_STIFFNESS: f64 = 1e6;
 /// The same for a contact with e = 0: it keeps a thousandth of its speed.
 const DEAD_STIFFNESS: f64 = 1e3;
 
+/// A point that will not meet is this part of its speed below the limit at which it would be braked.
+const FREE: f64 = 1e-9;
+
 /// Inputs of an assembled problem.
 pub(super) struct Input<'a> {
     pub model: &'a Model,
@@ -137,7 +140,15 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
                 Some(rebound) => {
                     let stiff = if pair.restitution > 0.0 { REBOUND_STIFFNESS } else { DEAD_STIFFNESS };
                     let rigid = stiff * heavier(model, pair);
-                    let lifted = rebound.velocity - pair.friction * rebound.slip;
+                    let lifted = match rebound.time_s.is_finite() {
+                        true => rebound.velocity - pair.friction * rebound.slip,
+                        // Nothing else can push a lone body against a surface that it does not meet.
+                        false if island.is_lone_object() => f64::NEG_INFINITY,
+                        false => {
+                            let rounding = FREE * (rebound.velocity.abs() + pair.friction * rebound.slip);
+                            rebound.velocity - pair.friction * rebound.slip - rounding
+                        }
+                    };
                     ConeLaw::new(pair.friction, rigid, rigid, [0.0, 0.0, lifted])
                 }
             };

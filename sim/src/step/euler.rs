@@ -5,15 +5,16 @@
 //! 2. [`support_transfer::transfer`]: a lone object that tips onto another support.
 //! 3. [`slip_passes::settle`]: where slip begins or ends, unless supports have changed.
 //! 4. [`friction_passes::settle`]: cables that rub on their guides.
-//! 5. [`contact_memory::remember`]: anchors for the next step.
-//! 6. [`move_hand`], [`integrate::move_objects`]: positions.
+//! 5. [`blow_energy::limit`]: blows add no energy.
+//! 6. [`contact_memory::remember`]: anchors for the next step.
+//! 7. [`move_hand`], [`integrate::move_objects`]: positions.
 
 use super::assemble::assemble;
-use super::impacts::Rebounds;
+use super::impacts::{Bodies, Rebounds};
 use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
-use super::{contact_memory, friction_passes, impacts, integrate, momentum, slip_passes};
+use super::{blow_energy, contact_memory, friction_passes, impacts, integrate, momentum, slip_passes};
 use crate::actuation::slowed;
 use crate::model::Model;
 use crate::solver::island::Island;
@@ -39,13 +40,14 @@ pub(super) fn step(
     if island.hand && !state.friction.is_empty() {
         friction_passes::settle(model, work, (problem, newton), v, &state.tension);
     }
+    blow_energy::limit(model, state, work, island, (problem, newton), v);
     let Work { collision, impacts, forces, .. } = work;
     let impacts = &mut impacts.of_objects;
     contact_memory::remember(model, collision, island, problem, &mut state.pairs, impacts, forces);
     if island.hand {
         move_hand(model, state, work, (problem, newton), v);
     }
-    integrate::move_objects(model, state, island, problem, v, &mut work.impacts.of_objects);
+    integrate::move_objects(model, state, island, problem, v, &work.loads, &mut work.impacts);
 }
 
 /// Solves the step with its rebounds. If those of a sequence would add energy, it is solved again with each point's own.
@@ -58,13 +60,15 @@ fn solve_with_rebounds(
     v: &mut Vec<f64>,
 ) {
     let h = model.config().step_s;
-    let Work { collision, impacts, outcome, .. } = work;
-    let rebounds = impacts::find(model, state, &mut collision.contacts, island, impacts, &mut outcome.work);
+    let Work { collision, impacts, outcome, loads, .. } = work;
+    let bodies = Bodies { model, state, loads };
+    let rebounds = impacts::find(bodies, &mut collision.contacts, island, impacts, &mut outcome.work);
     assemble(&work.input(model, state), island, h, problem, v);
     solve(model, work, problem, newton, v);
-    let Work { collision, impacts, .. } = work;
+    let Work { collision, impacts, loads, .. } = work;
+    let bodies = Bodies { model, state, loads };
     if rebounds == Rebounds::Sequence
-        && impacts::settle_sequence(model, state, collision, island, problem, impacts) == Rebounds::Own
+        && impacts::settle_sequence(bodies, collision, island, problem, impacts) == Rebounds::Own
     {
         assemble(&work.input(model, state), island, h, problem, v);
         solve(model, work, problem, newton, v);

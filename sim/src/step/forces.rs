@@ -5,6 +5,7 @@ use crate::outcome::ContactForce;
 use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::solver::terms::AxisTerm;
+use crate::state::Sleep;
 use serde::{Deserialize, Serialize};
 
 /// Forces of the last step.
@@ -33,9 +34,14 @@ impl StepForces {
             && self.limits.iter().all(|(term, _)| term.dof < model.hand_dofs())
     }
 
-    /// Removes contacts and limits.
-    pub(crate) fn clear(&mut self) {
-        self.contacts.clear();
+    /// Removes limits, and all contacts but those of sleeping objects, which are not solved again.
+    pub(crate) fn begin(&mut self, sleep: &[Sleep]) {
+        let rests = |owner: Owner| match owner {
+            Owner::Static => true,
+            Owner::Link(_) => false,
+            Owner::Object(k) => sleep[k].asleep,
+        };
+        self.contacts.retain(|one| rests(one.a) && rests(one.b));
         self.limits.clear();
     }
 

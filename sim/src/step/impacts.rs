@@ -1,6 +1,7 @@
 //! The contact points that rebound in a step, and their speeds: alone by Newton's law of impact, `v_n⁺ = −e
 //! v_n⁻`; if several bodies meet, by the sequence of their impacts ([`crate::contact::impact_sequence`]).
 
+use super::blow_energy::Blend;
 use super::slip_correction::rest_target;
 use super::torque_free::free_turn;
 use crate::contact::collide::Collision;
@@ -55,6 +56,24 @@ pub(super) enum Rebounds {
     Sequence,
 }
 
+/// The bodies of a world at the start of a step.
+#[derive(Clone, Copy)]
+pub(super) struct Bodies<'a> {
+    pub model: &'a Model,
+    pub state: &'a State,
+    /// External force, N, and torque on every object, or empty.
+    pub loads: &'a [(Vec3, Vec3)],
+}
+
+impl Bodies<'_> {
+    /// Acceleration of a free body by gravity and external forces, m/s²; 0 for others.
+    pub(super) fn pull(&self, owner: Owner) -> Vec3 {
+        let Some(k) = on_object(owner) else { return Vec3::ZERO };
+        let force = self.loads.get(k).map_or(Vec3::ZERO, |(force, _)| *force);
+        self.model.config().gravity + force / self.model.objects()[k].mass
+    }
+}
+
 /// The impacts of a step.
 #[derive(Default)]
 pub(crate) struct Impacts {
@@ -62,17 +81,21 @@ pub(crate) struct Impacts {
     pub of_objects: Vec<Option<ObjectImpact>>,
     /// Impacts of several bodies.
     sequence: ImpactSequence,
+    /// Scratch memory of [`super::blow_energy`].
+    pub(super) blend: Blend,
+    /// Objects of an island on which a contact acts.
+    pub(super) touched: Vec<bool>,
 }
 
 /// Finds the rebounds of an island's points; a sequence of them is in `impacts`. Its computing is added to `spent`.
 pub(super) fn find(
-    model: &Model,
-    state: &State,
+    bodies: Bodies<'_>,
     contacts: &mut Contacts,
     island: &Island,
     impacts: &mut Impacts,
     spent: &mut u64,
 ) -> Rebounds {
+    let Bodies { model, state, .. } = bodies;
     let (mut due, mut able) = (false, 0);
     // A body that turns far within a step does not reach the surface where its velocity predicts.
     let turns = |k: usize| state.object_velocity(model, k).1.length() * model.config().step_s > MAX_TURN;
@@ -90,7 +113,7 @@ pub(super) fn find(
             continue;
         }
         for point in &mut contacts.points[pair.points.clone()] {
-            point.rebound = rebound_of(model, state, pair, point);
+            point.rebound = rebound_of(bodies, pair, point);
             if pair.restitution > 0.0 {
                 due |= free && point.rebound.is_some_and(|rebound| rebound.time_s.is_finite());
                 able += usize::from(free);
@@ -101,19 +124,19 @@ pub(super) fn find(
     if !(due && able > 1 && island.objects.len() > 1) {
         return Rebounds::Own;
     }
-    let rebounds = play(model, state, contacts, island, &mut impacts.sequence);
+    let rebounds = play(bodies, contacts, island, &mut impacts.sequence);
     *spent += impacts.sequence.work;
     rebounds
 }
 
 /// Plays the impacts of an island's free bodies. If there were several, every point has the rebound that it ends with.
 fn play(
-    model: &Model,
-    state: &State,
+    bodies: Bodies<'_>,
     contacts: &mut Contacts,
     island: &Island,
     sequence: &mut ImpactSequence,
 ) -> Rebounds {
+    let Bodies { model, state, .. } = bodies;
     let config = model.config();
     let h = config.step_s;
     sequence.clear();
@@ -127,20 +150,15 @@ fn play(
         if pair.restitution == 0.0 || on_hand(pair) {
             continue;
         }
-        let bodies = [slot(pair.a), slot(pair.b)];
+        let slots = [slot(pair.a), slot(pair.b)];
         for (place, point) in pair.points.clone().zip(&contacts.points[pair.points.clone()]) {
-            let arms = bodies.map(|body| match sequence.bodies.get(body) {
+            let arms = slots.map(|body| match sequence.bodies.get(body) {
                 Some(body) => pair.origin + point.r - body.center,
                 None => Vec3::ZERO,
             });
-            let mut candidate = ImpactCandidate::new(
-                bodies,
-                point.normal,
-                arms,
-                point.distance + pair.initial_overlap,
-                place,
-            );
-            candidate.gravity = config.gravity * (falls(pair.b) - falls(pair.a));
+            let mut candidate =
+                ImpactCandidate::new(slots, point.normal, arms, point.distance + pair.initial_overlap, place);
+            candidate.gravity = bodies.pull(pair.b) - bodies.pull(pair.a);
             candidate.restitution = pair.restitution;
             candidate.load = if point.anchor.loaded { point.anchor.normal_force * h } else { 0.0 };
             sequence.candidates.push(candidate);
@@ -162,7 +180,7 @@ fn play(
             let missed = || candidate.misses() && velocity < rest_target(config, pair, point).0;
             let time_s = candidate.hit().or_else(|| missed().then_some(f64::INFINITY));
             point.rebound =
-                time_s.map(|time_s| with_slip(model, state, pair, point, Rebound::new(time_s, velocity)));
+                time_s.map(|time_s| with_slip(bodies, pair, point, Rebound::new(time_s, velocity)));
         }
     }
     if several { Rebounds::Sequence } else { Rebounds::Own }
@@ -185,37 +203,36 @@ fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
 /// outside the sequence, such as a hand or a loaded wall behind a ball, may have raised the load beyond the correct one: then
 /// every point has its own rebound.
 pub(super) fn settle_sequence(
-    model: &Model,
-    state: &State,
+    bodies: Bodies<'_>,
     collision: &mut Collision,
     island: &Island,
     problem: &Problem,
     impacts: &mut Impacts,
 ) -> Rebounds {
     let contacts = &mut collision.contacts;
-    if adds_energy(model, contacts, island, problem, &impacts.sequence) {
+    if adds_energy(bodies, contacts, island, problem, &impacts.sequence) {
         for &index in &island.pairs {
             let pair = &contacts.pairs[index];
             for point in &mut contacts.points[pair.points.clone()] {
-                point.rebound = rebound_of(model, state, pair, point);
+                point.rebound = rebound_of(bodies, pair, point);
             }
         }
         return Rebounds::Own;
     }
-    follow_paths(model, collision, island, impacts);
+    follow_paths(bodies.model, collision, island, impacts);
     Rebounds::Sequence
 }
 
 /// Whether the impulses of a sequence do more than [`GAIN`] of the work that they exchange. The work of an impulse uses the mean of
 /// the velocities before and after; gravity acted until then.
 fn adds_energy(
-    model: &Model,
+    bodies: Bodies<'_>,
     contacts: &Contacts,
     island: &Island,
     problem: &Problem,
     sequence: &ImpactSequence,
 ) -> bool {
-    let (h, gravity) = (model.config().step_s, model.config().gravity);
+    let h = bodies.model.config().step_s;
     let (mut given, mut exchanged) = (0.0, 0.0);
     let mut candidates = sequence.candidates.iter();
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
@@ -232,7 +249,7 @@ fn adds_energy(
             }
             let ([t1, t2, n], [g1, g2, gn, _], [v1, v2, vn, _]) = (point.axes, point.impulse, point.velocity);
             let [start, _] = sequence.velocities(candidate, h);
-            let pull = gravity * (falls(pair.b) - falls(pair.a));
+            let pull = bodies.pull(pair.b) - bodies.pull(pair.a);
             let after = t1 * v1 + t2 * v2 + n * vn - pull * h;
             let mean = (start + after) * 0.5 + pull * candidate.hit().unwrap_or(h);
             given += (t1 * g1 + t2 * g2 + n * gn).dot(mean);
@@ -246,7 +263,7 @@ fn adds_energy(
 /// a detour beyond [`DETOUR`] discards them.
 fn follow_paths(model: &Model, collision: &mut Collision, island: &Island, impacts: &mut Impacts) {
     let h = model.config().step_s;
-    let Impacts { of_objects, sequence } = impacts;
+    let Impacts { of_objects, sequence, .. } = impacts;
     let mut astray = false;
     for (&k, body) in island.objects.iter().zip(&sequence.bodies) {
         if let Some((time_s, detour)) = body.detour() {
@@ -271,43 +288,32 @@ fn on_hand(pair: &ContactPair) -> bool {
     matches!((pair.a, pair.b), (Owner::Link(_), _) | (_, Owner::Link(_)))
 }
 
-/// Gravity accelerates free objects alone.
-fn falls(owner: Owner) -> f64 {
-    f64::from(u8::from(matches!(owner, Owner::Object(_))))
-}
-
 /// The rebound of a contact point in this step, if it makes one.
-fn rebound_of(model: &Model, state: &State, pair: &ContactPair, point: &ContactPoint) -> Option<Rebound> {
+fn rebound_of(bodies: Bodies<'_>, pair: &ContactPair, point: &ContactPoint) -> Option<Rebound> {
     if point.anchor.loaded {
         return None;
     }
-    let config = model.config();
-    let acceleration = config.gravity.dot(point.normal) * (falls(pair.b) - falls(pair.a));
+    let config = bodies.model.config();
+    let acceleration = (bodies.pull(pair.b) - bodies.pull(pair.a)).dot(point.normal);
     let gap = point.distance + pair.initial_overlap;
     let (h, least) = (config.step_s, config.rebound_speed);
-    let velocity = point.approach + h * acceleration;
-    // A point that will meet in a later step must not be braked in this one: the contact's dissipation sets
-    // in before surfaces meet. It continues unchanged, as a rebound that never comes.
-    if pair.restitution > 0.0 && point.approach < -least && gap + h * velocity >= 0.0 {
-        let braked = velocity < rest_target(config, pair, point).0;
-        return braked.then_some(Rebound::new(f64::INFINITY, velocity));
-    }
-    let found = rebound(pair.restitution, gap, point.approach, acceleration, h, least)?;
-    Some(with_slip(model, state, pair, point, found))
+    let found = rebound(pair.restitution, gap, point.approach, acceleration, h, least);
+    let found = found.or_else(|| {
+        // A point that will meet in a later step must not be braked in this one: the contact's dissipation sets
+        // in before surfaces meet. It continues unchanged, as a rebound that never comes.
+        let velocity = point.approach + h * acceleration;
+        let misses = pair.restitution > 0.0 && velocity.min(point.approach) < -least && gap > 0.0;
+        misses.then_some(Rebound::new(f64::INFINITY, velocity))
+    })?;
+    Some(with_slip(bodies, pair, point, found))
 }
 
 /// A rebound with the slip after it, for two bodies that meet only in this point. W, 1/kg, is the velocity
 /// per impulse at the point. The normal impulse is `p = (v⁺ − v⁻)/(W_nn − μ W_nt)`, and Coulomb's impulse μ p
 /// reduces the slip by `W_tt μ p`.
-fn with_slip(
-    model: &Model,
-    state: &State,
-    pair: &ContactPair,
-    point: &ContactPoint,
-    found: Rebound,
-) -> Rebound {
-    let normal = point.normal;
-    let (mut velocity, mut of_normal) = (Vec3::ZERO, Vec3::ZERO);
+fn with_slip(free: Bodies<'_>, pair: &ContactPair, point: &ContactPoint, found: Rebound) -> Rebound {
+    let Bodies { model, state, .. } = free;
+    let (normal, h) = (point.normal, model.config().step_s);
     let bodies = [(pair.a, -1.0), (pair.b, 1.0)]
         .map(|(owner, sign)| on_object(owner).map(|k| (free_body(model, state, k), sign)));
     let yielding = |direction: Vec3| {
@@ -316,11 +322,14 @@ fn with_slip(
             sum + direction * body.inverse_mass + (body.inverse_inertia * arm.cross(direction)).cross(arm)
         })
     };
+    // Without the impact, at the end of the step.
+    let mut velocity = (free.pull(pair.b) - free.pull(pair.a)) * h;
+    let jump = found.velocity - point.approach - velocity.dot(normal);
     for (body, sign) in bodies.iter().flatten() {
         let arm = pair.origin + point.friction_r - body.center;
         velocity += (body.start[0] + body.start[1].cross(arm)) * *sign;
     }
-    of_normal += yielding(normal);
+    let of_normal = yielding(normal);
     let across = velocity - normal * velocity.dot(normal);
     let before = across.length();
     let mu = pair.friction;
@@ -331,7 +340,7 @@ fn with_slip(
     let (nn, nt, tt) = (of_normal.dot(normal), of_normal.dot(direction), yielding(direction).dot(direction));
     // Change of the slip with the required normal velocity.
     let change = (nt - mu * tt) / (nn - mu * nt).max(0.1 * nn);
-    let slip = (before + change * (found.velocity - point.approach).max(0.0)).clamp(0.0, before);
+    let slip = (before + change * jump.max(0.0)).clamp(0.0, before);
     Rebound { slip, gain: (1.0 - mu * change).clamp(0.5, 10.0), ..found }
 }
 

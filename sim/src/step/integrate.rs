@@ -3,19 +3,20 @@
 //! An object that rebounds at time t within the step flies ballistically before and after it; an object that
 //! contacts leave free moves with the mean velocity ([`super::midpoint_correction`]).
 
-use super::impacts::ObjectImpact;
+use super::impacts::{Impacts, ObjectImpact, on_object};
 use super::midpoint_correction::{Correction, correction};
-use super::torque_free::{turned, unlike};
+use super::torque_free::{omega_at, turned, unlike};
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
 use crate::state::State;
 use palmares_models::{Pose, Rotation, Vec3};
 
-/// Limit beyond which a body that contacts turn in a step rotates its angular velocity with it: in body axes
-/// the velocity stays that of the solution, and with it the energy. In world axes, part of a needle's turn
-/// about its middle would become spin about its axis, at a thousand times the speed. The limit, rad, is on
-/// the turn times the ratio of the body's moments of inertia, 1 for a ball, 550 for a needle.
+/// Contacts turn a body away from its torque-free orientation. Its angular momentum stays that of the solution, so that the
+/// angular velocity follows from the new orientation. Beyond this limit, and in a rebound, the body keeps the angular velocity
+/// in its own axes instead, and with it the energy: part of a needle's turn about its middle would become spin about its axis,
+/// at a thousand times the speed. The limit, rad, is on the turn times the ratio of the body's moments of inertia, 1.1 for a
+/// thin disc, 550 for a needle.
 const FAR_TURN: f64 = 0.25;
 
 /// Moves joint coordinates by `v · time`; returns the new pose of the base.
@@ -37,6 +38,19 @@ pub(super) fn move_hand(model: &Model, state: &mut State, bolted: bool, v: &[f64
     }
 }
 
+/// Marks the objects of an island on which a contact acts.
+fn mark_touched(island: &Island, problem: &Problem, touched: &mut Vec<bool>) {
+    touched.clear();
+    touched.resize(island.objects.len(), false);
+    for pair in &problem.pairs {
+        if problem.points[pair.first..pair.end].iter().any(|point| point.impulse[2] > 0.0) {
+            for k in [pair.a, pair.b].into_iter().filter_map(on_object) {
+                touched[island.objects.binary_search(&k).unwrap_or(0)] = true;
+            }
+        }
+    }
+}
+
 /// Moves the objects of an island, whose part of `v` begins at `at`; consumes their `impacts`.
 pub(super) fn move_objects(
     model: &Model,
@@ -44,11 +58,13 @@ pub(super) fn move_objects(
     island: &Island,
     problem: &Problem,
     v: &[f64],
-    impacts: &mut [Option<ObjectImpact>],
+    loads: &[(Vec3, Vec3)],
+    Impacts { of_objects: impacts, touched, .. }: &mut Impacts,
 ) {
-    let (h, gravity) = (model.config().step_s, model.config().gravity);
+    let h = model.config().step_s;
     let mut at = problem.hand_dofs;
     let alone = island.is_lone_object();
+    mark_touched(island, problem, touched);
     for (slot, (&k, solved)) in island.objects.iter().zip(&problem.objects).enumerate() {
         let to = model.object_dofs(k);
         let own = &v[at..at + 6];
@@ -60,8 +76,11 @@ pub(super) fn move_objects(
         };
         let pose = &mut state.objects[k];
         let mut more = Correction::default();
-        match impacts[k].take() {
-            None if !alone => pose.translation += after * h,
+        let impact = impacts[k].take();
+        match impact {
+            None if !alone && touched[slot] => pose.translation += after * h,
+            // As in free flight.
+            None if !alone => pose.translation += (before + after) * (0.5 * h),
             None => {
                 let short = ((before - after) * (0.5 * h), (carried - angular) * (0.5 * h));
                 more = correction(problem, slot, angular * h, short.0, short.1);
@@ -76,8 +95,9 @@ pub(super) fn move_objects(
             Some(ObjectImpact { stays: true, .. }) => pose.translation += after * h,
             Some(ObjectImpact { time_s: t, detour, .. }) => {
                 let rest = h - t;
-                pose.translation +=
-                    before * t + after * rest + gravity * (0.5 * (t * t - rest * rest)) + detour;
+                let force = loads.get(k).map_or(Vec3::ZERO, |(force, _)| *force);
+                let pull = model.config().gravity + force / solved.mass;
+                pose.translation += before * t + after * rest + pull * (0.5 * (t * t - rest * rest)) + detour;
             }
         }
         state.v[to..to + 6].copy_from_slice(own);
@@ -87,8 +107,15 @@ pub(super) fn move_objects(
             Some((rotation, omega)) => (rotation, (angular - omega) * h + more.angular),
         };
         pose.rotation = turned(start, by);
-        if by.length() * unlike(model.objects()[k].inertia, model.object_inertia_inverse(k)) > FAR_TURN {
-            let with_it = turned(Rotation::IDENTITY, by) * angular;
+        // A ball keeps its angular velocity however it turns.
+        if solved.turn.is_some() && by != Vec3::ZERO {
+            let (inertia, inverse) = (model.objects()[k].inertia, model.object_inertia_inverse(k));
+            let rebounds = impact.is_some_and(|impact| !impact.stays);
+            let with_it = if rebounds || by.length() * unlike(inertia, inverse) > FAR_TURN {
+                turned(Rotation::IDENTITY, by) * angular
+            } else {
+                omega_at(pose.rotation, inverse, solved.inertia * angular)
+            };
             state.v[to + 3..to + 6].copy_from_slice(&with_it.to_array());
         }
         at += 6;

@@ -11,6 +11,7 @@
 mod assemble;
 mod ballistic;
 mod bdf2;
+mod blow_energy;
 mod cash_karp;
 mod contact_memory;
 mod continuous;
@@ -133,7 +134,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
     let work = &mut scratch.work;
     islands.update(model, &work.collision.contacts);
     work.continuous.begin(state);
-    work.forces.clear();
+    work.forces.begin(&state.sleep);
     work.impacts.of_objects.resize(model.objects().len(), None);
     let points = &work.collision.contacts.points;
     work.outcome =

@@ -1,15 +1,19 @@
-//! Sleep: an island without the hand that has been still for long enough, and does not accelerate, stops. It
+//! Sleep: an island without the hand that has been slow for long enough, and does not accelerate, stops. It
 //! costs nothing until something touches it.
+//!
+//! The acceleration follows from the displacements x₁ and x₂ in two successive halves of that time T: `a = (x₂ − x₁)/(T/2)²`. The
+//! noise of a settling heap disappears in them; a body that rolls up a slope and turns back accelerates also where it stops.
 
 use crate::model::Model;
 use crate::solver::island::Island;
-use crate::state::State;
+use crate::state::{Sleep, State};
+use std::array::from_fn;
 
-/// Changes of a velocity up to this are those of a settling heap, m/s.
-const NOISE: f64 = 2e-4;
+/// Mean velocities of a settling heap change by up to this, m/s.
+const NOISE: f64 = 1e-5;
 
 /// The same for angular velocities, rad/s.
-const ANGULAR_NOISE: f64 = 2e-3;
+const ANGULAR_NOISE: f64 = 1e-4;
 
 /// Counts the steps an island has been still, and stops it after enough of them.
 pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
@@ -17,37 +21,42 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
     if !config.sleeping {
         return;
     }
-    let enough = (config.sleep_after_s / config.step_s).ceil() as u32;
+    let h = config.step_s;
+    let half = (0.5 * config.sleep_after_s / h).ceil() as u32;
+    let enough = 2 * half;
     let mut all = !island.hand && !island.pairs.is_empty();
     for &k in &island.objects {
         let (linear, angular) = state.object_velocity(model, k);
-        let still = linear.length_squared() < config.sleep_linear.powi(2)
-            && angular.length_squared() < config.sleep_angular.powi(2);
         let at = model.object_dofs(k);
         let (sleep, v) = (&mut state.sleep[k], &state.v[at..at + 6]);
-        // Rolling off and falling over begin slowly.
-        let time = f64::from(sleep.still_steps) * config.step_s;
-        let faster = |of: std::ops::Range<usize>| {
-            let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-            size(&v[of.clone()]) - size(&sleep.since[of])
-        };
-        let rests = faster(0..3) <= config.sleep_acceleration * time + NOISE
-            && faster(3..6) <= config.sleep_angular_acceleration * time + ANGULAR_NOISE;
-        if still && rests {
-            sleep.still_steps = (sleep.still_steps + 1).min(enough);
-        } else {
-            sleep.still_steps = 0;
-            sleep.since.copy_from_slice(v);
+        let still = linear.length_squared() < config.sleep_linear.powi(2)
+            && angular.length_squared() < config.sleep_angular.powi(2);
+        if !still {
+            (sleep.still_steps, sleep.moved) = (0, [[0.0; 6]; 2]);
+            all = false;
+            continue;
         }
-        all &= sleep.still_steps == enough;
+        let now = usize::from(sleep.still_steps >= half);
+        sleep.moved[now].iter_mut().zip(v).for_each(|(moved, v)| *moved += h * v);
+        sleep.still_steps += 1;
+        // From then on it is judged anew at the end of every half.
+        if sleep.still_steps == enough || sleep.still_steps == enough + half {
+            let [before, after] = sleep.moved;
+            let time = f64::from(half) * h;
+            let gained: [f64; 6] = from_fn(|i| (after[i] - before[i]) / time);
+            let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let rests = size(&gained[..3]) <= config.sleep_acceleration * time + NOISE
+                && size(&gained[3..]) <= config.sleep_angular_acceleration * time + ANGULAR_NOISE;
+            sleep.still_steps = if rests { enough } else { half };
+            sleep.moved = [after, [0.0; 6]];
+        }
+        all &= sleep.still_steps >= enough;
     }
     if all {
         for &k in &island.objects {
             let at = model.object_dofs(k);
             state.v[at..at + 6].fill(0.0);
-            state.sleep[k].asleep = true;
-            state.sleep[k].still_steps = 0;
-            state.sleep[k].since = [0.0; 6];
+            state.sleep[k] = Sleep { asleep: true, ..Sleep::default() };
         }
     }
 }

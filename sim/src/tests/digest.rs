@@ -113,7 +113,7 @@ fn every_field_counts_in_the_digest() {
         ("tension", |s| nudge(&mut s.tension[0])),
         ("friction", |s| s.friction.push(0.0)),
         ("still steps", |s| s.sleep[2].still_steps ^= 1),
-        ("still since", |s| nudge(&mut s.sleep[2].since[1])),
+        ("moved since", |s| nudge(&mut s.sleep[2].moved[0][1])),
         ("asleep", |s| s.sleep[2].asleep ^= true),
         ("earlier smooth", |s| s.earlier.smooth ^= true),
         ("earlier base", |s| nudge(&mut s.earlier.motion.base.translation.x)),
