@@ -254,8 +254,7 @@ impl Pair {
                 && bounded(&[point.dist])
                 && point.data.is_bounded()
         };
-        bounded(&[*gap, *lever])
-            && *initial_overlap >= 0.0
+        bounded(&[*initial_overlap, *gap, *lever])
             && a_from_b.is_finite()
             && bounded_vector(a_from_b.translation)
             && bounded_vector(manifold.local_n1)

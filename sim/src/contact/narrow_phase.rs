@@ -272,7 +272,14 @@ impl Contacts {
         let spent = refresh(&mut self.finder, pair, (a, b), &a_from_b, reach.margin, reuse, config);
         let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
         let placed = std::mem::take(&mut pair.placed) && -deepest > depth_before + config.overlap_m;
-        pair.initial_overlap = overlap_left(config, pair.initial_overlap, deepest, first_sight || placed);
+        // Bodies that turn reach a surface sooner than predicted. Their overlap has stored no energy before it bears, so a
+        // rebound must not return any.
+        let turned_in = a.restitution.max(b.restitution) > 0.0
+            && deepest < -config.contact_onset_m
+            && !pair.manifold.points.iter().any(|point| point.data.loaded);
+        let before =
+            if turned_in { -deepest + config.separation_speed * config.step_s } else { pair.initial_overlap };
+        pair.initial_overlap = overlap_left(config, before, deepest, first_sight || placed);
         if pair.manifold.points.is_empty() {
             pair.updated_at = (0.0, Pose::IDENTITY);
             pair.mean = Anchor::default();

@@ -22,7 +22,7 @@ use crate::state::State;
 use palmares_models::Vec3;
 
 /// Work up to this part of the exchanged work is rounding.
-const ROUNDING: f64 = 1e-11;
+const ROUNDING: f64 = 1e-12;
 
 /// Scratch memory.
 #[derive(Default)]
@@ -48,7 +48,7 @@ pub(super) fn limit(
     blend.times.clear();
     blend.times.resize(island.objects.len(), f64::INFINITY);
     if time_rebounds(work, island, problem, &mut blend.times) {
-        let [done, exchanged] = work_of(model, state, work, island, problem, &blend.times, None);
+        let [done, exchanged] = work_of(model, state, work, island, problem, &blend.times, v, None);
         if done > ROUNDING * exchanged {
             take_plastic(model, state, work, island, (problem, newton), v, &mut blend);
         }
@@ -83,7 +83,7 @@ fn take_plastic(
     }
     solve(model, work, problem, newton, v);
     time_rebounds(work, island, problem, &mut blend.times);
-    let s = largest_part(model, state, work, island, problem, blend);
+    let s = largest_part(model, state, work, island, problem, v, blend);
     let mix = |plastic: &mut f64, rebounding: f64| *plastic += s * (rebounding - *plastic);
     v.iter_mut().zip(&blend.v).for_each(|(v, with)| mix(v, *with));
     for (point, [impulse, velocity]) in problem.points.iter_mut().zip(&blend.rebounding) {
@@ -99,12 +99,10 @@ fn largest_part(
     work: &Work,
     island: &Island,
     problem: &Problem,
+    v: &[f64],
     blend: &Blend,
 ) -> f64 {
-    let work_at = |s: f64| {
-        let with = Some((s, blend.rebounding.as_slice()));
-        work_of(model, state, work, island, problem, &blend.times, with)[0]
-    };
+    let work_at = |s: f64| work_of(model, state, work, island, problem, &blend.times, v, Some((s, blend)))[0];
     let [none, half, all] = [0.0, 0.5, 1.0].map(work_at);
     if all <= 0.0 {
         return 1.0;
@@ -144,8 +142,9 @@ fn time_rebounds(work: &Work, island: &Island, problem: &Problem, times: &mut [f
     any
 }
 
-/// The work of the rebounding points of an island, and the sum of what goes to and fro in it, J. `with` are the impulses and
-/// velocities to which a part s of the way from the solution leads.
+/// The energy that an island gains in its rebounds, and the sum of what goes to and fro in them, J. `with` are the impulses and
+/// velocities to which a part s of the way from the solution leads. Free bodies: the change of their kinetic energy, less what
+/// springs of other contacts return. With the hand: the work of the rebounding points.
 fn work_of(
     model: &Model,
     state: &State,
@@ -153,16 +152,15 @@ fn work_of(
     island: &Island,
     problem: &Problem,
     times: &[f64],
-    with: Option<(f64, &[[[f64; 4]; 2]])>,
+    v: &[f64],
+    with: Option<(f64, &Blend)>,
 ) -> [f64; 2] {
+    let mixed = |i: usize| with.map_or(v[i], |(s, blend)| v[i] + s * (blend.v[i] - v[i]));
     let h = model.config().step_s;
     let bodies = Bodies { model, state, loads: &work.loads };
-    let (mut done, mut exchanged) = (0.0, 0.0);
+    let (mut by_rebounds, mut returned, mut exchanged) = (0.0, 0.0, 0.0);
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let pair = &work.collision.contacts.pairs[index];
-        if pair.restitution == 0.0 {
-            continue;
-        }
         let before = start_velocity((model, state), work, island, problem, solved, pair);
         let mut pulls = [Vec3::ZERO; 2];
         for (sign, owner) in [(-1.0, pair.a), (1.0, pair.b)] {
@@ -175,27 +173,58 @@ fn work_of(
         }
         let points = &work.collision.contacts.points[pair.points.clone()];
         for (k, found) in (solved.first..solved.end).zip(points) {
-            if found.rebound.is_none() {
-                continue;
-            }
             let point = &problem.points[k];
             let ([mut impulse, mut velocity], axes) = ([point.impulse, point.velocity], point.axes);
             if let Some((s, with)) = with {
                 for i in 0..4 {
-                    impulse[i] += s * (with[k][0][i] - impulse[i]);
-                    velocity[i] += s * (with[k][1][i] - velocity[i]);
+                    impulse[i] += s * (with.rebounding[k][0][i] - impulse[i]);
+                    velocity[i] += s * (with.rebounding[k][1][i] - velocity[i]);
                 }
             }
             let start = [before.at(point.friction_r), before.at(point.friction_r), before.at(point.r)];
+            let mut own = 0.0;
             for i in 0..3 {
                 let mean = 0.5 * (velocity[i] + axes[i].dot(start[i] + pulls[0] + pulls[1]));
-                done += impulse[i] * mean;
-                exchanged += (impulse[i] * mean).abs();
+                own += impulse[i] * mean;
             }
-            exchanged += impulse[2].abs() * velocity[2].abs();
+            if found.rebound.is_some() {
+                by_rebounds += own;
+                exchanged += impulse[2].abs() * velocity[2].abs() + own.abs();
+            } else {
+                returned += own.max(0.0);
+            }
         }
     }
-    [done, exchanged]
+    if island.hand {
+        return [by_rebounds, exchanged];
+    }
+    [gain((model, state), &work.loads, problem, times, mixed) - returned, exchanged]
+}
+
+/// Change of the kinetic energy of an island's objects in their rebounds, J: gravity acts before and after them.
+fn gain(
+    (model, state): (&Model, &State),
+    loads: &[(Vec3, Vec3)],
+    problem: &Problem,
+    times: &[f64],
+    v: impl Fn(usize) -> f64,
+) -> f64 {
+    let bodies = Bodies { model, state, loads };
+    let h = model.config().step_s;
+    let mut gain = 0.0;
+    for (slot, object) in problem.objects.iter().enumerate() {
+        let pull = bodies.pull(Owner::Object(object.object));
+        let time = times[slot].min(h);
+        let (linear, angular) = state.object_velocity(model, object.object);
+        let at = problem.hand_dofs + 6 * slot;
+        let [after, turns] = [at, at + 3].map(|at| Vec3::new(v(at), v(at + 1), v(at + 2)));
+        let before = [linear + pull * time, object.turn.map_or(angular, |(_, omega)| omega)];
+        let after = [after + pull * (time - h), turns];
+        // As products of sums and differences: the small change of large energies.
+        gain += 0.5 * object.mass * (after[0] - before[0]).dot(after[0] + before[0]);
+        gain += 0.5 * (object.inertia * (after[1] - before[1])).dot(after[1] + before[1]);
+    }
+    gain
 }
 
 /// Velocity of B against A at the pair's origin at the start of the step. Objects turn as in the step's problem.

@@ -29,7 +29,7 @@ pub(super) fn remember(
         let found = &collision.contacts.pairs[index];
         let pair = &mut pairs[found.pair];
         let into_a = collision.poses[pair.key.0 as usize].rotation.inverse();
-        let (mut mean, mut loaded, mut struck) = (Anchor::default(), 0.0, false);
+        let (mut mean, mut loaded) = (Anchor::default(), 0.0);
         let points = &collision.contacts.points[found.points.clone()];
         for (point, contact) in problem.points[solved.first..solved.end].iter().zip(points) {
             let [t1, t2, normal] = point.axes;
@@ -44,7 +44,7 @@ pub(super) fn remember(
                 *data = Anchor::IDLE;
                 // A rebound that never comes only prevents braking.
                 let stays = found.restitution == 0.0;
-                struck |= !stays && rebound.time_s.is_finite();
+
                 for k in [found.a, found.b].into_iter().filter_map(on_object) {
                     if rebound.time_s.is_finite() {
                         let at = ObjectImpact { stays, ..ObjectImpact::at(rebound.time_s) };
@@ -90,10 +90,6 @@ pub(super) fn remember(
             mean.bearing /= loaded;
         }
         pair.mean = mean;
-        if struck {
-            // Bodies that turn reach a surface sooner than predicted. Their overlap has stored no energy: it counts as touching.
-            pair.initial_overlap = f64::MAX;
-        }
         let origin = collision.poses[pair.key.0 as usize].translation - found.origin;
         let SpatialVelocity { linear, angular } = solved.relative;
         let at_a = linear + angular.cross(origin);

@@ -2,19 +2,22 @@
 //! stiffness and contact; its error is of the first order.
 //!
 //! 1. [`solve_with_rebounds`]: the solution, with the speeds at which bodies rebound.
-//! 2. [`support_transfer::transfer`]: a lone object that tips onto another support.
-//! 3. [`slip_passes::settle`]: where slip begins or ends, unless supports have changed.
-//! 4. [`friction_passes::settle`]: cables that rub on their guides.
-//! 5. [`blow_energy::limit`]: blows add no energy.
-//! 6. [`contact_memory::remember`]: anchors for the next step.
-//! 7. [`move_hand`], [`integrate::move_objects`]: positions.
+//! 2. [`passing::leave_out`]: surfaces that only pass each other.
+//! 3. [`support_transfer::transfer`]: a lone object that tips onto another support.
+//! 4. [`slip_passes::settle`]: where slip begins or ends, unless supports have changed.
+//! 5. [`friction_passes::settle`]: cables that rub on their guides.
+//! 6. [`blow_energy::limit`]: blows add no energy.
+//! 7. [`contact_memory::remember`]: anchors for the next step.
+//! 8. [`move_hand`], [`integrate::move_objects`]: positions.
 
 use super::assemble::assemble;
 use super::impacts::{Bodies, Rebounds};
 use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
-use super::{blow_energy, contact_memory, friction_passes, impacts, integrate, momentum, slip_passes};
+use super::{
+    blow_energy, contact_memory, friction_passes, impacts, integrate, momentum, passing, slip_passes,
+};
 use crate::actuation::slowed;
 use crate::model::Model;
 use crate::solver::island::Island;
@@ -33,6 +36,7 @@ pub(super) fn step(
     support: &mut SupportTransfer,
 ) {
     solve_with_rebounds(model, state, work, island, (problem, newton), v);
+    passing::leave_out(model, state, work, island, (problem, newton), v);
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     if !transferred {
         slip_passes::settle(model, work, island, (problem, newton), v);

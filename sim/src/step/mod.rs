@@ -25,6 +25,7 @@ mod island;
 mod method;
 mod midpoint_correction;
 mod momentum;
+mod passing;
 mod scratch;
 mod sleep;
 mod slip_correction;

@@ -68,6 +68,10 @@ pub(super) fn correct(
                 continue;
             }
             let Some(finer) = finer else { continue };
+            if point.law.target[2] == f64::NEG_INFINITY {
+                // It only passes.
+                continue;
+            }
             let tolerance = usual / finer;
             let (rest, tau_n) = rest_target(config, pair, found);
             // A point without load is right, unless the bodies still approach: its slip was overestimated,

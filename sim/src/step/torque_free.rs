@@ -24,7 +24,7 @@ pub(super) fn rate(rotation: Rotation, omega: Vec3) -> Rotation {
 }
 
 /// Largest turn of a substep, rad: its error of the energy is then some 1e-11.
-const MAX_TURN: f64 = 0.03;
+const MAX_TURN: f64 = 0.02;
 
 /// Largest number of substeps: a body that turns twice in a step gets larger substeps, without its exact
 /// orientation but with its angular momentum.

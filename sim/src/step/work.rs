@@ -5,6 +5,7 @@ use super::continuous::Continuous;
 use super::drive::Drive;
 use super::forces::StepForces;
 use super::impacts::Impacts;
+use super::passing::Passing;
 use crate::actuation::friction::Passes;
 use crate::bounds::Fault;
 use crate::contact::collide::Collision;
@@ -27,6 +28,7 @@ pub(crate) struct Work {
     /// Repeated solves for the friction of cables.
     pub friction_passes: Passes,
     pub continuous: Continuous,
+    pub passing: Passing,
     /// Per object: external force, N, and torque about its centre of mass, N·m, during the next step; empty
     /// for none.
     pub loads: Vec<(Vec3, Vec3)>,

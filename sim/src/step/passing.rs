@@ -1,0 +1,175 @@
+//! Surfaces that only pass each other hold nobody.
+//!
+//! Contacts are predicted along the normal of the start of the step, as if the surfaces had no end. A body that falls past the edge
+//! of a table would be held by the plane that continues the edge. So the motions of two shapes are compared where a pair that bore
+//! nothing would carry force across a gap: first with the velocities without contact; shapes that do not meet are left out, and the
+//! step is solved again. If they meet with the velocities of that solution, they take part again.
+
+use super::solve::solve;
+use super::work::Work;
+use crate::contact::advancement::{Moving, Sweep, free_part};
+use crate::contact::narrow_phase::ContactPair;
+use crate::dynamics::spatial::SpatialVelocity;
+use crate::model::{Model, Owner};
+use crate::solver::island::Island;
+use crate::solver::newton::Newton;
+use crate::solver::problem::Problem;
+use crate::state::State;
+use palmares_models::{Pose, Vec3};
+
+/// A smaller gap is none, m.
+const GAP_M: f64 = 1e-5;
+
+/// Shapes that overlap by at most this on their way do not meet, m.
+const TOUCH_M: f64 = 2e-6;
+
+/// Scratch memory.
+#[derive(Default)]
+pub(crate) struct Passing {
+    /// Indices of left out pairs in the island, with the targets of their points before.
+    left_out: Vec<usize>,
+    targets: Vec<[f64; 4]>,
+    /// Velocities of the links in the solution, at the base's origin.
+    links: Vec<SpatialVelocity>,
+}
+
+/// Leaves the pairs of a solved step out that only pass each other, and solves it again.
+pub(super) fn leave_out(
+    model: &Model,
+    state: &State,
+    work: &mut Work,
+    island: &Island,
+    (problem, newton): (&mut Problem, &mut Newton),
+    v: &mut Vec<f64>,
+) {
+    let mut passing = std::mem::take(&mut work.passing);
+    passing.left_out.clear();
+    let mut spent = 0;
+    for (k, &index) in island.pairs.iter().enumerate() {
+        let pair = &work.collision.contacts.pairs[index];
+        if acts_across_a_gap(work, problem, pair, k)
+            && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
+        {
+            passing.left_out.push(k);
+        }
+    }
+    if !passing.left_out.is_empty() {
+        passing.targets.clear();
+        passing.targets.extend(problem.points.iter().map(|point| point.law.target));
+        for &k in &passing.left_out {
+            let solved = &problem.pairs[k];
+            for point in &mut problem.points[solved.first..solved.end] {
+                point.law.target[2] = f64::NEG_INFINITY;
+            }
+        }
+        solve(model, work, problem, newton, v);
+        if let (true, Some(hand)) = (island.hand, model.hand()) {
+            work.dynamics.kin.velocities(hand, &v[..problem.hand_dofs], &mut passing.links);
+        }
+        let mut again = false;
+        for &k in &passing.left_out {
+            let pair = &work.collision.contacts.pairs[island.pairs[k]];
+            let motion = |owner| match owner {
+                Owner::Link(i) if island.hand => link(work, i, passing.links[i]),
+                _ => solved_motion(model, state, work, island, problem, v, owner),
+            };
+            if meet(model, state, work, pair, &mut spent, motion) {
+                let solved = &problem.pairs[k];
+                for point in solved.first..solved.end {
+                    problem.points[point].law.target = passing.targets[point];
+                }
+                again = true;
+            }
+        }
+        if again {
+            solve(model, work, problem, newton, v);
+        }
+    }
+    work.outcome.work += spent;
+    work.passing = passing;
+}
+
+/// Whether a pair that bore nothing carries force, and only across a gap.
+fn acts_across_a_gap(work: &Work, problem: &Problem, pair: &ContactPair, k: usize) -> bool {
+    let solved = &problem.pairs[k];
+    let points = &work.collision.contacts.points[pair.points.clone()];
+    let mut acts = false;
+    for (point, found) in problem.points[solved.first..solved.end].iter().zip(points) {
+        if found.anchor.loaded || found.distance + pair.initial_overlap <= GAP_M {
+            return false;
+        }
+        acts |= point.impulse[2] > 0.0;
+    }
+    acts
+}
+
+/// Whether the shapes of a pair meet in a step with these motions of their bodies.
+fn meet(
+    model: &Model,
+    state: &State,
+    work: &Work,
+    pair: &ContactPair,
+    spent: &mut u64,
+    motion: impl Fn(Owner) -> SpatialVelocity,
+) -> bool {
+    let (i, j) = state.pairs[pair.pair].key;
+    let [a, b] = [i, j].map(|i| &model.colliders()[i as usize]);
+    if !(a.bounding_radius.is_finite() && b.bounding_radius.is_finite()) {
+        return true;
+    }
+    let h = model.config().step_s;
+    let sweep = |owner: Owner| {
+        let SpatialVelocity { linear, angular } = motion(owner);
+        let start = match owner {
+            Owner::Static => Pose::IDENTITY,
+            Owner::Link(i) => work.dynamics.kin.pose[i],
+            Owner::Object(k) => state.objects[k],
+        };
+        Sweep { start, way: linear * h, turn: angular * h }
+    };
+    let (of_a, of_b) = (sweep(a.owner), sweep(b.owner));
+    let (a, b) = (Moving { shape: a, sweep: &of_a }, Moving { shape: b, sweep: &of_b });
+    free_part(a, b, TOUCH_M, spent) < 1.0
+}
+
+/// Mean velocity of a body in the step without contacts, at its own origin.
+fn free(model: &Model, state: &State, work: &Work, owner: Owner) -> SpatialVelocity {
+    match owner {
+        Owner::Static => SpatialVelocity::ZERO,
+        Owner::Link(i) => link(work, i, work.dynamics.recursion.velocity[i]),
+        Owner::Object(k) => {
+            let (linear, angular) = state.object_velocity(model, k);
+            let force = work.loads.get(k).map_or(Vec3::ZERO, |(force, _)| *force);
+            let pull = model.config().gravity + force / model.objects()[k].mass;
+            SpatialVelocity { linear: linear + pull * (0.5 * model.config().step_s), angular }
+        }
+    }
+}
+
+/// A link's velocity, from that at the base's origin.
+fn link(work: &Work, i: usize, at_base: SpatialVelocity) -> SpatialVelocity {
+    at_base.moved(work.dynamics.kin.pose[i].translation - work.dynamics.kin.origin)
+}
+
+/// Velocity of a body in the solution, at its own origin.
+fn solved_motion(
+    model: &Model,
+    state: &State,
+    work: &Work,
+    island: &Island,
+    problem: &Problem,
+    v: &[f64],
+    owner: Owner,
+) -> SpatialVelocity {
+    match owner {
+        Owner::Object(k) => match island.objects.binary_search(&k) {
+            Ok(slot) => {
+                let own = &v[problem.hand_dofs + 6 * slot..][..6];
+                let [linear, angular] = [&own[..3], &own[3..]].map(Vec3::from_slice);
+                SpatialVelocity { linear, angular }
+            }
+            Err(_) => free(model, state, work, owner),
+        },
+        _ => free(model, state, work, owner),
+    }
+}
