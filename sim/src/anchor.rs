@@ -85,6 +85,8 @@ pub struct Pair {
     /// Linear and angular displacement of B against A that the last step's velocities would make, m and rad, in the frame of
     /// A and at its origin; `None` if the poses have been changed from outside, or no point bears.
     pub predicted: Option<[Vec3; 2]>,
+    /// Tangential displacement of the bearing points, beside that of the velocities, in the last step, m, in the frame of A.
+    pub beside: Vec3,
     /// The poses have been changed from outside since the last step.
     pub placed: bool,
 }
@@ -101,6 +103,7 @@ impl Clone for Pair {
             initial_overlap,
             updated_at,
             predicted,
+            beside,
             placed,
         } = self;
         Pair {
@@ -113,6 +116,7 @@ impl Clone for Pair {
             initial_overlap: *initial_overlap,
             updated_at: *updated_at,
             predicted: *predicted,
+            beside: *beside,
             placed: *placed,
         }
     }
@@ -129,6 +133,7 @@ impl Clone for Pair {
             initial_overlap,
             updated_at,
             predicted,
+            beside,
             placed,
         } = from;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses, data: () } =
@@ -140,7 +145,7 @@ impl Clone for Pair {
         self.manifold.subshape_poses.clone_from(subshape_poses);
         (self.mean, self.facing, self.covered, self.lever) = (*mean, *facing, *covered, *lever);
         (self.initial_overlap, self.updated_at) = (*initial_overlap, *updated_at);
-        (self.predicted, self.placed) = (*predicted, *placed);
+        (self.predicted, self.beside, self.placed) = (*predicted, *beside, *placed);
     }
 }
 
@@ -198,29 +203,38 @@ impl Pair {
             initial_overlap: 0.0,
             updated_at: (0.0, Pose::IDENTITY),
             predicted: None,
+            beside: Vec3::ZERO,
             placed: false,
         }
     }
 
     /// The poses of its bodies have been changed from outside.
     pub(crate) fn place(&mut self) {
-        (self.predicted, self.placed) = (None, true);
+        (self.predicted, self.beside, self.placed) = (None, Vec3::ZERO, true);
     }
 
-    /// Adds to the anchors that stuck in the last step the part of their displacement that its velocities do not contain, now
-    /// that B is at `a_from_b`. Velocities are tangents of the motion: without this, an object on a palm that turns by ω h in a
-    /// step would creep outwards by (ω h)² r/2, and its anchor would not know.
+    /// Adds to the anchors that stuck in the last step the part of their displacement that the step did not know, now that B is at
+    /// `a_from_b`. Velocities are tangents of the motion: without this, an object on a palm that turns by ω h in a step would creep
+    /// outwards by (ω h)² r/2, and its anchor would not know. The next step expects the same displacement beside its velocities.
     pub(crate) fn follow(&mut self, a_from_b: &Pose) {
-        let Some([linear, angular]) = self.predicted.take() else { return };
+        let Some([linear, angular]) = self.predicted.take() else {
+            self.beside = Vec3::ZERO;
+            return;
+        };
         let moved = *a_from_b * self.updated_at.1.inverse();
-        let normal = self.manifold.local_n1;
-        for point in
-            self.manifold.points.iter_mut().filter(|point| point.data.loaded && point.data.slip == 0.0)
-        {
+        let (normal, expected) = (self.manifold.local_n1, self.beside);
+        let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+        for point in self.manifold.points.iter_mut().filter(|point| point.data.loaded) {
             let at = point.local_p1;
             let beside = moved.transform_point(at) - at - linear - angular.cross(at);
-            point.data.stretch += beside - normal * beside.dot(normal);
+            let beside = beside - normal * beside.dot(normal);
+            if point.data.slip == 0.0 {
+                point.data.stretch += beside - expected;
+            }
+            sum += beside;
+            count += 1.0;
         }
+        self.beside = if count > 0.0 { sum / count } else { Vec3::ZERO };
     }
 
     /// Whether there is nothing to remember. parry starts its search from the normals, so they count.
@@ -246,6 +260,7 @@ impl Pair {
             initial_overlap,
             updated_at: (gap, a_from_b),
             predicted,
+            beside,
             placed: _,
         } = self;
         let of_point = |point: &TrackedContact<Anchor>| {
@@ -260,7 +275,7 @@ impl Pair {
             && bounded_vector(manifold.local_n1)
             && bounded_vector(manifold.local_n2)
             && mean.is_bounded()
-            && predicted.iter().flatten().all(|part| bounded_vector(*part))
+            && predicted.iter().flatten().chain([beside]).all(|part| bounded_vector(*part))
             && manifold.points.iter().all(of_point)
     }
 
@@ -276,6 +291,7 @@ impl Pair {
             initial_overlap,
             updated_at: (gap, a_from_b),
             predicted,
+            beside,
             placed,
         } = self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
@@ -291,6 +307,7 @@ impl Pair {
         h.pose(a_from_b);
         h.word(u64::from(predicted.is_some()) << 1 | u64::from(*placed));
         predicted.iter().flatten().for_each(|part| h.vector(*part));
+        h.vector(*beside);
         mean.digest(h);
         h.word(points.len() as u64);
         for TrackedContact { local_p1, local_p2, dist, fid1, fid2, data } in points {

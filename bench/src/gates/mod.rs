@@ -26,6 +26,7 @@ mod stacking;
 mod synergy;
 mod tendon;
 mod thin;
+mod turning;
 
 use crate::case_report::CaseReport;
 use crate::cases::{Setup, run};

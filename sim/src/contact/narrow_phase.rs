@@ -75,6 +75,8 @@ pub struct ContactPair {
     pub restitution: f64,
     /// Overlap that counts as touching, m.
     pub initial_overlap: f64,
+    /// Tangential displacement of bearing points that is expected beside that of their velocities, m.
+    pub beside: Vec3,
     /// Indices in the list of points.
     pub points: Range<usize>,
     /// Index in the state's list of pairs.
@@ -323,6 +325,7 @@ impl Contacts {
                 spin: SpinLaw::between(&a.spin, &b.spin, friction),
                 restitution: a.restitution.max(b.restitution),
                 initial_overlap: pair.initial_overlap,
+                beside: poses[i].rotation * pair.beside,
                 points: first..self.points.len(),
                 pair: place,
             });

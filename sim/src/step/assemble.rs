@@ -128,12 +128,12 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
             let [t1, t2] = point.tangents;
             let axes = [t1, t2, point.normal];
             let (rest, tau_n) = rest_target(config, pair, point);
-            let stretch = point.anchor.stretch;
-            let target = [
-                -stretch.dot(t1) / (h + tau),
-                -stretch.dot(t2) / (h + tau),
-                rest - de_saxce(config, pair, point.anchor.slip),
-            ];
+            let mut pulls_back = point.anchor.stretch / (h + tau);
+            if point.anchor.loaded {
+                pulls_back += pair.beside / h;
+            }
+            let target =
+                [-pulls_back.dot(t1), -pulls_back.dot(t2), rest - de_saxce(config, pair, point.anchor.slip)];
             let normal = h * config.contact_stiffness * (h + tau_n);
             let law = match point.rebound {
                 None => ConeLaw::new(pair.friction, tangential, normal, target),
