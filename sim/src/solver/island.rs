@@ -130,6 +130,7 @@ mod tests {
             spin: None,
             restitution: 0.0,
             initial_overlap: 0.0,
+            beside: Vec3::ZERO,
             points: 0..0,
             pair: 0,
         }
