@@ -60,6 +60,9 @@ pub struct Anchor {
 /// Time over which the bearing is averaged, s: longer than a period of chatter, shorter than rocking.
 const BEARING_S: f64 = 5e-3;
 
+/// Bodies that turn against each other by more than this in a step roll, rad: their points do not stay.
+const ROLLS_RAD: f64 = 1e-4;
+
 /// Memory of a pair of shapes. The state keeps only pairs that remember something.
 #[derive(Serialize, Deserialize)]
 pub struct Pair {
@@ -217,20 +220,21 @@ impl Pair {
     /// `a_from_b`. Velocities are tangents of the motion: without this, an object on a palm that turns by ω h in a step would creep
     /// outwards by (ω h)² r/2, and its anchor would not know. The next step expects the same displacement beside its velocities.
     pub(crate) fn follow(&mut self, a_from_b: &Pose) {
-        let Some([linear, angular]) = self.predicted.take() else {
+        let together = |turn: Vec3| turn.length_squared() <= ROLLS_RAD * ROLLS_RAD;
+        let Some([linear, angular]) = self.predicted.take().filter(|[_, turn]| together(*turn)) else {
             self.beside = Vec3::ZERO;
             return;
         };
         let moved = *a_from_b * self.updated_at.1.inverse();
         let (normal, expected) = (self.manifold.local_n1, self.beside);
         let (mut sum, mut count) = (Vec3::ZERO, 0.0);
-        for point in self.manifold.points.iter_mut().filter(|point| point.data.loaded) {
+        // If none sticks, the bodies slide: friction follows their velocities.
+        let sticks = |point: &TrackedContact<Anchor>| point.data.loaded && point.data.slip == 0.0;
+        for point in self.manifold.points.iter_mut().filter(|point| sticks(point)) {
             let at = point.local_p1;
             let beside = moved.transform_point(at) - at - linear - angular.cross(at);
             let beside = beside - normal * beside.dot(normal);
-            if point.data.slip == 0.0 {
-                point.data.stretch += beside - expected;
-            }
+            point.data.stretch += beside - expected;
             sum += beside;
             count += 1.0;
         }

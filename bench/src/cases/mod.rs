@@ -35,7 +35,6 @@ pub mod synergy;
 pub mod tendon;
 pub mod thin;
 pub mod torsion;
-pub mod turning;
 
 pub use case::{Case, Finding};
 pub use setup::{ASIDE_M, Setup, ends_of_steps, moved, ramp, risen, steps};
@@ -74,7 +73,6 @@ pub const GROUPS: &[&[Case]] = &[
     faces::CASES,
     thin::CASES,
     held::CASES,
-    turning::CASES,
 ];
 
 /// Every case.

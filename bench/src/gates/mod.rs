@@ -26,7 +26,6 @@ mod stacking;
 mod synergy;
 mod tendon;
 mod thin;
-mod turning;
 
 use crate::case_report::CaseReport;
 use crate::cases::{Setup, run};

@@ -40,29 +40,32 @@ pub struct Meeting {
 impl Meeting {
     /// The first time within `h`, s, at which `gap + v t + a t²/2` is 0 and falls, for surfaces at `gap` (m) that move apart
     /// at `velocity` v (m/s, negative when they approach) and are accelerated apart by `acceleration` a (m/s²). Surfaces that
-    /// overlap and approach meet at once.
+    /// overlap and approach meet at once; their velocity is that with which they have passed each other's place.
     pub fn within(h: f64, gap: f64, velocity: f64, acceleration: f64) -> Option<Meeting> {
-        let gap = gap.max(0.0);
         let squared = velocity * velocity - 2.0 * acceleration * gap;
-        if squared < 0.0 || velocity >= 0.0 && acceleration >= 0.0 {
+        if squared < 0.0 || velocity >= 0.0 && (acceleration >= 0.0 || gap < 0.0) {
             return None;
         }
         let met = squared.sqrt();
         // Without the difference of like numbers.
-        let time_s =
-            if velocity < 0.0 { 2.0 * gap / (met - velocity) } else { (velocity + met) / -acceleration };
+        let time_s = if velocity < 0.0 {
+            2.0 * gap.max(0.0) / (met - velocity)
+        } else {
+            (velocity + met) / -acceleration
+        };
         (time_s <= h).then_some(Meeting { time_s, velocity: -met })
     }
 }
 
 /// The rebound of two surfaces at `gap` (m) that move apart at `velocity` (m/s, negative when they approach)
 /// and are accelerated apart by `acceleration` (m/s²), if they meet within the step `h` and faster than
-/// `least` (m/s).
+/// `least` (m/s). Their turn adds `turning` to the acceleration, m/s², but nothing to the velocity along the normal of the step's
+/// start.
 pub fn rebound(
     restitution: f64,
     gap: f64,
     velocity: f64,
-    acceleration: f64,
+    (acceleration, turning): (f64, f64),
     h: f64,
     least: f64,
 ) -> Option<Rebound> {
@@ -71,8 +74,11 @@ pub fn rebound(
         let reaches = velocity < -least && gap + h * (velocity + h * acceleration) < 0.0;
         return reaches.then(|| Rebound::new(h, -gap.max(0.0) / h));
     }
-    let met = Meeting::within(h, gap, velocity, acceleration).filter(|met| met.velocity < -least)?;
-    Some(Rebound::new(met.time_s, -restitution * met.velocity + acceleration * (h - met.time_s)))
+    let met =
+        Meeting::within(h, gap, velocity, acceleration + turning).filter(|met| met.velocity < -least)?;
+    // Out of an overlap it has to rise first.
+    let squared = (restitution * met.velocity).powi(2) + 2.0 * acceleration * gap.min(0.0);
+    Some(Rebound::new(met.time_s, squared.max(0.0).sqrt() + acceleration * (h - met.time_s)))
 }
 
 #[cfg(test)]
@@ -81,19 +87,19 @@ mod tests {
 
     #[test]
     fn a_fast_surface_rebounds_and_a_slow_or_parting_one_does_not() {
-        let hit = rebound(0.5, 1e-3, -2.0, 0.0, 1e-3, 0.05).expect("it meets in half a millisecond");
+        let hit = rebound(0.5, 1e-3, -2.0, (0.0, 0.0), 1e-3, 0.05).expect("it meets in half a millisecond");
         assert!((hit.time_s - 5e-4).abs() < 1e-15 && (hit.velocity - 1.0).abs() < 1e-15);
-        let dead = rebound(0.0, 1e-3, -2.0, -9.81, 1e-3, 0.05).expect("it meets");
+        let dead = rebound(0.0, 1e-3, -2.0, (-9.81, 0.0), 1e-3, 0.05).expect("it meets");
         assert_eq!((dead.time_s, dead.velocity), (1e-3, -1.0));
         for (e, gap, v) in [(0.5, 3e-3, -2.0), (0.5, 0.0, -0.01), (0.5, -1e-3, 1.0)] {
-            assert_eq!(rebound(e, gap, v, 0.0, 1e-3, 0.05), None);
+            assert_eq!(rebound(e, gap, v, (0.0, 0.0), 1e-3, 0.05), None);
         }
     }
 
     #[test]
     fn an_elastic_rebound_under_gravity_keeps_the_energy() {
         let (g, h, gap, v) = (9.81, 1e-2, 0.03, -5.0);
-        let hit = rebound(1.0, gap, v, -g, h, 0.05).expect("it meets");
+        let hit = rebound(1.0, gap, v, (-g, 0.0), h, 0.05).expect("it meets");
         let t = h - hit.time_s;
         // Height over the floor at the end: rise from the contact with the velocity of impact, less the fall.
         let height = t * hit.velocity + 0.5 * g * t * t;

@@ -35,8 +35,11 @@ pub(super) fn step(
     v: &mut Vec<f64>,
     support: &mut SupportTransfer,
 ) {
-    solve_with_rebounds(model, state, work, island, (problem, newton), v);
-    passing::leave_out(model, state, work, island, (problem, newton), v);
+    let rebounds = solve_with_rebounds(model, state, work, island, (problem, newton), v);
+    // A sequence has found who meets.
+    if rebounds == Rebounds::Own {
+        passing::leave_out(model, state, work, island, (problem, newton), v);
+    }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     if !transferred {
         slip_passes::settle(model, work, island, (problem, newton), v);
@@ -51,7 +54,15 @@ pub(super) fn step(
     if island.hand {
         move_hand(model, state, work, (problem, newton), v);
     }
-    integrate::move_objects(model, state, island, problem, v, &work.loads, &mut work.impacts);
+    integrate::move_objects(
+        model,
+        state,
+        island,
+        problem,
+        v,
+        (&work.collision.contacts, &work.loads),
+        &mut work.impacts,
+    );
 }
 
 /// Solves the step with its rebounds. If those of a sequence would add energy, it is solved again with each point's own.
@@ -62,7 +73,7 @@ fn solve_with_rebounds(
     island: &Island,
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
-) {
+) -> Rebounds {
     let h = model.config().step_s;
     let Work { collision, impacts, outcome, loads, .. } = work;
     let bodies = Bodies { model, state, loads };
@@ -76,7 +87,9 @@ fn solve_with_rebounds(
     {
         assemble(&work.input(model, state), island, h, problem, v);
         solve(model, work, problem, newton, v);
+        return Rebounds::Own;
     }
+    rebounds
 }
 
 /// Moves the hand with the solution `v`: `q₁ = q₀ + h v₁`. A hand that nothing holds keeps its momentum ([`momentum`]).

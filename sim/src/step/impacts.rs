@@ -72,6 +72,23 @@ impl Bodies<'_> {
         let force = self.loads.get(k).map_or(Vec3::ZERO, |(force, _)| *force);
         self.model.config().gravity + force / self.model.objects()[k].mass
     }
+
+    /// Centripetal acceleration of a point of a free body, m/s²: its corners reach a surface sooner or later than their velocities
+    /// tell.
+    fn turning(&self, owner: Owner, at: Vec3) -> Vec3 {
+        let Some(k) = on_object(owner) else { return Vec3::ZERO };
+        let (_, angular) = self.state.object_velocity(self.model, k);
+        angular.cross(angular.cross(at - self.state.objects[k].translation))
+    }
+}
+
+/// How contacts act on an object in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Touch {
+    /// Some contact pushes.
+    pub acts: bool,
+    /// Some contact with restitution pushes.
+    pub rebounds: bool,
 }
 
 /// The impacts of a step.
@@ -83,8 +100,8 @@ pub(crate) struct Impacts {
     sequence: ImpactSequence,
     /// Scratch memory of [`super::blow_energy`].
     pub(super) blend: Blend,
-    /// Objects of an island on which a contact acts.
-    pub(super) touched: Vec<bool>,
+    /// How contacts act on the objects of an island.
+    pub(super) touched: Vec<Touch>,
 }
 
 /// Finds the rebounds of an island's points; a sequence of them is in `impacts`. Its computing is added to `spent`.
@@ -295,9 +312,11 @@ fn rebound_of(bodies: Bodies<'_>, pair: &ContactPair, point: &ContactPoint) -> O
     }
     let config = bodies.model.config();
     let acceleration = (bodies.pull(pair.b) - bodies.pull(pair.a)).dot(point.normal);
-    let gap = point.distance + pair.initial_overlap;
+    let at = pair.origin + point.r;
+    let turning = (bodies.turning(pair.b, at) - bodies.turning(pair.a, at)).dot(point.normal);
+    let gap = point.distance;
     let (h, least) = (config.step_s, config.rebound_speed);
-    let found = rebound(pair.restitution, gap, point.approach, acceleration, h, least);
+    let found = rebound(pair.restitution, gap, point.approach, (acceleration, turning), h, least);
     let found = found.or_else(|| {
         // A point that will meet in a later step must not be braked in this one: the contact's dissipation sets
         // in before surfaces meet. It continues unchanged, as a rebound that never comes.

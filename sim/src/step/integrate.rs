@@ -3,9 +3,10 @@
 //! An object that rebounds at time t within the step flies ballistically before and after it; an object that
 //! contacts leave free moves with the mean velocity ([`super::midpoint_correction`]).
 
-use super::impacts::{Impacts, ObjectImpact, on_object};
+use super::impacts::{Impacts, ObjectImpact, Touch, on_object};
 use super::midpoint_correction::{Correction, correction};
 use super::torque_free::{omega_at, turned, unlike};
+use crate::contact::narrow_phase::Contacts;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
@@ -13,7 +14,8 @@ use crate::state::State;
 use palmares_models::{Pose, Rotation, Vec3};
 
 /// Contacts turn a body away from its torque-free orientation. Its angular momentum stays that of the solution, so that the
-/// angular velocity follows from the new orientation. Beyond this limit, and in a rebound, the body keeps the angular velocity
+/// angular velocity follows from the new orientation. Beyond this limit, and on surfaces that
+/// rebound, the body keeps the angular velocity
 /// in its own axes instead, and with it the energy: part of a needle's turn about its middle would become spin about its axis,
 /// at a thousand times the speed. The limit, rad, is on the turn times the ratio of the body's moments of inertia, 1.1 for a
 /// thin disc, 550 for a needle.
@@ -38,15 +40,16 @@ pub(super) fn move_hand(model: &Model, state: &mut State, bolted: bool, v: &[f64
     }
 }
 
-/// Marks the objects of an island on which a contact acts.
-fn mark_touched(island: &Island, problem: &Problem, touched: &mut Vec<bool>) {
+/// Notes how contacts act on the objects of an island.
+fn mark_touched(contacts: &Contacts, island: &Island, problem: &Problem, touched: &mut Vec<Touch>) {
     touched.clear();
-    touched.resize(island.objects.len(), false);
-    for pair in &problem.pairs {
-        if problem.points[pair.first..pair.end].iter().any(|point| point.impulse[2] > 0.0) {
-            for k in [pair.a, pair.b].into_iter().filter_map(on_object) {
-                touched[island.objects.binary_search(&k).unwrap_or(0)] = true;
-            }
+    touched.resize(island.objects.len(), Touch::default());
+    for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
+        let acts = problem.points[solved.first..solved.end].iter().any(|point| point.impulse[2] > 0.0);
+        let rebounds = acts && contacts.pairs[index].restitution > 0.0;
+        for k in [solved.a, solved.b].into_iter().filter_map(on_object) {
+            let of = &mut touched[island.objects.binary_search(&k).unwrap_or(0)];
+            *of = Touch { acts: of.acts | acts, rebounds: of.rebounds | rebounds };
         }
     }
 }
@@ -58,13 +61,13 @@ pub(super) fn move_objects(
     island: &Island,
     problem: &Problem,
     v: &[f64],
-    loads: &[(Vec3, Vec3)],
+    (contacts, loads): (&Contacts, &[(Vec3, Vec3)]),
     Impacts { of_objects: impacts, touched, .. }: &mut Impacts,
 ) {
     let h = model.config().step_s;
     let mut at = problem.hand_dofs;
     let alone = island.is_lone_object();
-    mark_touched(island, problem, touched);
+    mark_touched(contacts, island, problem, touched);
     for (slot, (&k, solved)) in island.objects.iter().zip(&problem.objects).enumerate() {
         let to = model.object_dofs(k);
         let own = &v[at..at + 6];
@@ -76,9 +79,8 @@ pub(super) fn move_objects(
         };
         let pose = &mut state.objects[k];
         let mut more = Correction::default();
-        let impact = impacts[k].take();
-        match impact {
-            None if !alone && touched[slot] => pose.translation += after * h,
+        match impacts[k].take() {
+            None if !alone && touched[slot].acts => pose.translation += after * h,
             // As in free flight.
             None if !alone => pose.translation += (before + after) * (0.5 * h),
             None => {
@@ -110,7 +112,7 @@ pub(super) fn move_objects(
         // A ball keeps its angular velocity however it turns.
         if solved.turn.is_some() && by != Vec3::ZERO {
             let (inertia, inverse) = (model.objects()[k].inertia, model.object_inertia_inverse(k));
-            let rebounds = impact.is_some_and(|impact| !impact.stays);
+            let rebounds = touched[slot].rebounds;
             let with_it = if rebounds || by.length() * unlike(inertia, inverse) > FAR_TURN {
                 turned(Rotation::IDENTITY, by) * angular
             } else {

@@ -23,6 +23,9 @@ const GAP_M: f64 = 1e-5;
 /// Shapes that overlap by at most this on their way do not meet, m.
 const TOUCH_M: f64 = 2e-6;
 
+/// Largest number of solves after which left out pairs that meet take part again; then all do.
+const PASSES: usize = 3;
+
 /// Scratch memory.
 #[derive(Default)]
 pub(crate) struct Passing {
@@ -62,26 +65,36 @@ pub(super) fn leave_out(
                 point.law.target[2] = f64::NEG_INFINITY;
             }
         }
+    }
+    for pass in 0..=PASSES {
+        if passing.left_out.is_empty() {
+            break;
+        }
         solve(model, work, problem, newton, v);
         if let (true, Some(hand)) = (island.hand, model.hand()) {
             work.dynamics.kin.velocities(hand, &v[..problem.hand_dofs], &mut passing.links);
         }
-        let mut again = false;
-        for &k in &passing.left_out {
+        let Passing { left_out, targets, links } = &mut passing;
+        let count = left_out.len();
+        left_out.retain(|&k| {
             let pair = &work.collision.contacts.pairs[island.pairs[k]];
             let motion = |owner| match owner {
-                Owner::Link(i) if island.hand => link(work, i, passing.links[i]),
+                Owner::Link(i) if island.hand => link(work, i, links[i]),
                 _ => solved_motion(model, state, work, island, problem, v, owner),
             };
-            if meet(model, state, work, pair, &mut spent, motion) {
+            let meet = pass == PASSES || meet(model, state, work, pair, &mut spent, motion);
+            if meet {
                 let solved = &problem.pairs[k];
                 for point in solved.first..solved.end {
-                    problem.points[point].law.target = passing.targets[point];
+                    problem.points[point].law.target = targets[point];
                 }
-                again = true;
             }
+            !meet
+        });
+        if left_out.len() == count {
+            break;
         }
-        if again {
+        if left_out.is_empty() {
             solve(model, work, problem, newton, v);
         }
     }
