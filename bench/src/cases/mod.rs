@@ -1,6 +1,7 @@
 //! The cases, by name.
 
 pub mod balls;
+pub mod blows;
 pub mod calibration;
 mod case;
 pub mod consistency;
@@ -73,6 +74,7 @@ pub const GROUPS: &[&[Case]] = &[
     faces::CASES,
     thin::CASES,
     held::CASES,
+    blows::CASES,
 ];
 
 /// Every case.
