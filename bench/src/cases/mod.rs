@@ -20,6 +20,7 @@ pub mod hold;
 pub mod impact;
 pub mod instrument;
 pub mod mechanism;
+pub mod passing;
 pub mod pile;
 pub mod pinch;
 pub mod pour;
@@ -31,11 +32,14 @@ pub mod rolling;
 pub mod rubbing;
 pub(crate) mod scene;
 mod setup;
+pub mod sleeping;
+pub mod spinning;
 pub mod stacking;
 pub mod synergy;
 pub mod tendon;
 pub mod thin;
 pub mod torsion;
+pub mod turning;
 
 pub use case::{Case, Finding};
 pub use setup::{ASIDE_M, Setup, ends_of_steps, moved, ramp, risen, steps};
@@ -75,6 +79,10 @@ pub const GROUPS: &[&[Case]] = &[
     thin::CASES,
     held::CASES,
     blows::CASES,
+    spinning::CASES,
+    sleeping::CASES,
+    turning::CASES,
+    passing::CASES,
 ];
 
 /// Every case.
