@@ -5,6 +5,8 @@ pub mod blows;
 pub mod calibration;
 mod case;
 pub mod consistency;
+pub mod dead;
+pub mod dry;
 mod elliptic;
 pub mod faces;
 pub mod free_motion;
@@ -23,6 +25,7 @@ pub mod mechanism;
 pub mod passing;
 pub mod pile;
 pub mod pinch;
+pub mod placed;
 pub mod pour;
 pub mod random_heap;
 pub mod reflex;
@@ -79,6 +82,9 @@ pub const GROUPS: &[&[Case]] = &[
     thin::CASES,
     held::CASES,
     blows::CASES,
+    dead::CASES,
+    dry::CASES,
+    placed::CASES,
     spinning::CASES,
     sleeping::CASES,
     turning::CASES,
