@@ -8,9 +8,8 @@ use crate::case_report::Figure;
 use crate::recorder::Recorder;
 use crate::rigs::bolted;
 use anyhow::Result;
-use palmares_models::hand::{Hand, HingeKind, Inertia, Link};
+use palmares_models::hand::{Geom, HingeKind, Inertia, Link};
 use palmares_models::{Mat3, Pose, Vec3};
-use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
@@ -19,7 +18,16 @@ pub const CASES: &[Case] = &[
         "a spring and a joint with dry friction: amplitude after four half cycles",
         dry_joint,
     ),
-    Case::ours("dry_contact", "a spring and a block that rubs on the floor: the same", dry_contact),
+    Case::ours(
+        "dry_contact",
+        "a block that rubs on the floor under the push of a spring: the same",
+        dry_contact,
+    ),
+    Case::ours(
+        "dry_contact_joint",
+        "a link on the spring of its joint that rubs on the floor",
+        dry_contact_joint,
+    ),
 ];
 
 /// Mass, kg, spring, N/m, friction, N, and amplitude at the start, m.
@@ -72,7 +80,7 @@ pub fn dry_joint(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let link = Link { name: "part".into(), parent: Some(0), joint: Some(joint), inertia, geoms: Vec::new() };
     let mut way = loose("way");
     (way.stiffness, way.damping, way.rest, way.friction) = (SPRING, 0.0, 0.0, FRICTION);
-    let hand = Arc::new(Hand::clone(&bare("oscillator", vec![link], vec![way])));
+    let hand = bare("oscillator", vec![link], vec![way]);
     let (mut engine, command) =
         SceneBuilder::with_hand(bolted(awake(setup.dt_s)), hand, Pose::IDENTITY)?.start(setup)?;
     engine.state_mut().q[0] = START_M;
@@ -102,6 +110,43 @@ pub fn dry_contact(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         push(&mut *engine, 0, Vec3::X * (-SPRING * mean), Vec3::ZERO);
         recorder.step(&mut *engine, &command)?;
         turns.take(engine.state().objects[0].translation.x, velocity(&*engine, 0).0.x);
+    }
+    turns.finding(recorder)
+}
+
+/// The same of a link that rubs on the floor, pressed by its weight: its joint along x has the spring, and the part between it and
+/// the base, 1 g, slides along z.
+pub fn dry_contact_joint(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let (carrier, half) = (1e-3, 0.01);
+    let friction = FRICTION / ((MASS + carrier) * G);
+    let body =
+        |mass: f64| Inertia { mass, com: Vec3::ZERO, about_com: Mat3::from_diagonal(Vec3::splat(1e-3)) };
+    let geom = Geom { link_from_geom: Pose::IDENTITY, shape: cuboid(0.1, 0.1, 2.0 * half), friction };
+    let links = [(carrier, Vec3::Z, Vec::new()), (MASS, Vec3::X, vec![geom])];
+    let links = links.into_iter().enumerate().map(|(k, (mass, axis, geoms))| Link {
+        name: format!("part {k}"),
+        parent: Some(k),
+        joint: Some(hinge(k, HingeKind::Prismatic, axis, Vec3::ZERO)),
+        inertia: body(mass),
+        geoms,
+    });
+    let free = |name: &str, stiffness: f64| {
+        let mut way = loose(name);
+        (way.stiffness, way.damping, way.rest, way.friction) = (stiffness, 0.0, 0.0, 0.0);
+        way
+    };
+    let hand = bare("oscillator", links.collect(), vec![free("down", 0.0), free("along", SPRING)]);
+    let (mut engine, command) =
+        SceneBuilder::with_hand(bolted(awake(setup.dt_s)), hand, Pose::translation(0.0, 0.0, half))?
+            .floor(friction)?
+            .start(setup)?;
+    // It sinks in until the contact carries it.
+    recorder.steps(&mut *engine, &command, steps(0.3, setup.dt_s))?;
+    engine.state_mut().q[1] = START_M;
+    let mut turns = Turns::new();
+    for _ in 0..steps(TIME_S, setup.dt_s) {
+        recorder.step(&mut *engine, &command)?;
+        turns.take(engine.state().q[1], engine.state().v[7]);
     }
     turns.finding(recorder)
 }

@@ -1,7 +1,8 @@
 //! Nothing explodes.
 
-use super::{at_most, converged, gains, held, report, within};
+use super::{at_most, converged, error, gains, held, report, within};
 use crate::case_report::CaseReport;
+use crate::cases::{Setup, run};
 
 /// Runs a case at short and long steps: every step converges, all numbers are finite, no energy appears and
 /// no body becomes faster than the forces and heights of the scene allow.
@@ -67,5 +68,17 @@ fn a_fast_spinning_capsule_does_not_explode() {
 fn grasps_are_stable_at_sixteen_milliseconds() {
     for case in ["softhand_cylinder", "softhand_box"] {
         converged(&report(case, 16e-3));
+    }
+}
+
+#[test]
+fn no_step_near_two_milliseconds_throws_the_heavy_object() {
+    // Over this range of steps and starts it moves at 0.23 to 0.28 m/s; twice that is another course.
+    for dt in [1.5e-3, 1.9e-3, 2e-3, 2.1e-3, 2.5e-3] {
+        for start in [0, 3] {
+            let setup = Setup { start, ..Setup::own(dt) };
+            let found = error(&run("hard_heavy_object", &setup).expect("the case runs").0);
+            assert!(found <= 0.5, "at {dt} from start {start}: {found} m/s");
+        }
     }
 }

@@ -2,8 +2,11 @@
 //! starts, and its comment names it. No gate asserts a time. One file per subject, as in `cases/`.
 
 mod balls;
+mod blows;
 mod calibration;
 mod consistency;
+mod dead;
+mod dry;
 mod faces;
 mod free_motion;
 mod friction;
@@ -14,18 +17,23 @@ mod held;
 mod hold;
 mod impact;
 mod mechanism;
+mod passing;
 mod pile;
 mod pinch;
+mod placed;
 mod pour;
 mod random;
 mod reflex;
 mod robustness;
 mod rolling;
 mod rubbing;
+mod sleeping;
+mod spinning;
 mod stacking;
 mod synergy;
 mod tendon;
 mod thin;
+mod turning;
 
 use crate::case_report::CaseReport;
 use crate::cases::{Setup, run};

@@ -1,0 +1,16 @@
+//! What does not meet does not act.
+
+use super::at_most;
+
+const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
+
+#[test]
+fn a_sleeve_falls_freely_round_a_column_that_it_does_not_touch() {
+    // Free fall; a millionth is a contact force that the solver's tolerance may leave.
+    at_most("passing_sleeve", &STEPS.map(|dt| (dt, 1e-6)));
+}
+
+#[test]
+fn what_falls_past_an_edge_falls_freely() {
+    at_most("passing_edge", &STEPS.map(|dt| (dt, 1e-6)));
+}
