@@ -9,6 +9,7 @@
 //! | `bench/src/gates/` | the bounds that a case must keep, in tests; one file for each subject |
 //! | `bench/src/engine/` | the interface to an engine, and our engine |
 //! | `bench/src/robust/` | random scenes, and one scene in many placements |
+//! | `bench/src/sweep/` | a case at many steps beside its bound |
 //! | `bench/src/record/` | of which engine, models, machine and day a measured page is |
 
 pub mod audit;
@@ -30,3 +31,4 @@ pub mod rigs;
 pub mod robust;
 #[cfg(test)]
 mod steady;
+pub mod sweep;

@@ -37,6 +37,7 @@ mod turning;
 
 use crate::case_report::CaseReport;
 use crate::cases::{Setup, run};
+use crate::sweep;
 
 /// Runs a case of ours without a reference run.
 pub(crate) fn report(case: &str, dt_s: f64) -> CaseReport {
@@ -55,6 +56,9 @@ pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<CaseReport> {
         let report = report(case, dt_s);
         converged(&report);
         let (found, unit) = (error(&report), &report.error.unit);
+        if let Some(known) = sweep::bound(case, dt_s) {
+            assert_eq!(most, known, "the sweep has another bound of {case} at {dt_s}");
+        }
         assert!(found <= most, "{case} at {dt_s}: {found:e} {unit}, more than {most:e}");
         report
     };
