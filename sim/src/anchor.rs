@@ -228,15 +228,19 @@ impl Pair {
         let moved = *a_from_b * self.updated_at.1.inverse();
         let (normal, expected) = (self.manifold.local_n1, self.beside);
         let (mut sum, mut count) = (Vec3::ZERO, 0.0);
-        // If none sticks, the bodies slide: friction follows their velocities.
-        let sticks = |point: &TrackedContact<Anchor>| point.data.loaded && point.data.slip == 0.0;
-        for point in self.manifold.points.iter_mut().filter(|point| sticks(point)) {
-            let at = point.local_p1;
-            let beside = moved.transform_point(at) - at - linear - angular.cross(at);
+        for point in self.manifold.points.iter_mut().filter(|point| point.data.loaded) {
+            let (at, sticks) = (point.local_p1, point.data.slip == 0.0);
+            let known = linear + angular.cross(at);
+            let beside = moved.transform_point(at) - at - known;
             let beside = beside - normal * beside.dot(normal);
-            point.data.stretch += beside - expected;
-            sum += beside;
-            count += 1.0;
+            if sticks {
+                point.data.stretch += beside - expected;
+            }
+            // Friction of bodies that slide follows their velocities.
+            if sticks || (known - normal * known.dot(normal)).length_squared() <= beside.length_squared() {
+                sum += beside;
+                count += 1.0;
+            }
         }
         self.beside = if count > 0.0 { sum / count } else { Vec3::ZERO };
     }

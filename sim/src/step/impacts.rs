@@ -89,6 +89,8 @@ pub(super) struct Touch {
     pub acts: bool,
     /// Some contact with restitution pushes.
     pub rebounds: bool,
+    /// Some pair pushes that did not in the last step.
+    pub is_new: bool,
 }
 
 /// The impacts of a step.

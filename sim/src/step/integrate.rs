@@ -14,8 +14,7 @@ use crate::state::State;
 use palmares_models::{Pose, Rotation, Vec3};
 
 /// Contacts turn a body away from its torque-free orientation. Its angular momentum stays that of the solution, so that the
-/// angular velocity follows from the new orientation. Beyond this limit, and on surfaces that
-/// rebound, the body keeps the angular velocity
+/// angular velocity follows from the new orientation. Beyond this limit, and in a blow, the body keeps the angular velocity
 /// in its own axes instead, and with it the energy: part of a needle's turn about its middle would become spin about its axis,
 /// at a thousand times the speed. The limit, rad, is on the turn times the ratio of the body's moments of inertia, 1.1 for a
 /// thin disc, 550 for a needle.
@@ -46,10 +45,14 @@ fn mark_touched(contacts: &Contacts, island: &Island, problem: &Problem, touched
     touched.resize(island.objects.len(), Touch::default());
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let acts = problem.points[solved.first..solved.end].iter().any(|point| point.impulse[2] > 0.0);
-        let rebounds = acts && contacts.pairs[index].restitution > 0.0;
+        let pair = &contacts.pairs[index];
+        let known = contacts.points[pair.points.clone()].iter().any(|point| point.anchor.loaded);
+        let rebounds = acts && pair.restitution > 0.0;
+        let is_new = acts && !known;
         for k in [solved.a, solved.b].into_iter().filter_map(on_object) {
             let of = &mut touched[island.objects.binary_search(&k).unwrap_or(0)];
-            *of = Touch { acts: of.acts | acts, rebounds: of.rebounds | rebounds };
+            *of =
+                Touch { acts: of.acts | acts, rebounds: of.rebounds | rebounds, is_new: of.is_new | is_new };
         }
     }
 }
@@ -112,12 +115,12 @@ pub(super) fn move_objects(
         // A ball keeps its angular velocity however it turns.
         if solved.turn.is_some() && by != Vec3::ZERO {
             let (inertia, inverse) = (model.objects()[k].inertia, model.object_inertia_inverse(k));
-            let rebounds = touched[slot].rebounds;
-            let with_it = if rebounds || by.length() * unlike(inertia, inverse) > FAR_TURN {
-                turned(Rotation::IDENTITY, by) * angular
-            } else {
-                omega_at(pose.rotation, inverse, solved.inertia * angular)
-            };
+            let momentum = solved.inertia * angular;
+            let kept = omega_at(pose.rotation, inverse, momentum);
+            let blow =
+                touched[slot].rebounds || touched[slot].is_new && kept.dot(momentum) > angular.dot(momentum);
+            let far = by.length() * unlike(inertia, inverse) > FAR_TURN;
+            let with_it = if blow || far { turned(Rotation::IDENTITY, by) * angular } else { kept };
             state.v[to + 3..to + 6].copy_from_slice(&with_it.to_array());
         }
         at += 6;

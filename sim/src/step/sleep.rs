@@ -15,6 +15,9 @@ const NOISE: f64 = 1e-5;
 /// The same for angular velocities, rad/s.
 const ANGULAR_NOISE: f64 = 1e-4;
 
+/// A body that moves on evenly, faster than this part of the limits of speed, is not at rest.
+const CREEP: f64 = 0.25;
+
 /// Counts the steps an island has been still, and stops it after enough of them.
 pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
     let config = model.config();
@@ -45,7 +48,10 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
             let time = f64::from(half) * h;
             let gained: [f64; 6] = from_fn(|i| (after[i] - before[i]) / time);
             let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let rests = size(&gained[..3]) <= config.sleep_acceleration * time + NOISE
+            let creeps = size(&after[..3]) <= CREEP * config.sleep_linear * time
+                && size(&after[3..]) <= CREEP * config.sleep_angular * time;
+            let rests = creeps
+                && size(&gained[..3]) <= config.sleep_acceleration * time + NOISE
                 && size(&gained[3..]) <= config.sleep_angular_acceleration * time + ANGULAR_NOISE;
             sleep.still_steps = if rests { enough } else { half };
             sleep.moved = [after, [0.0; 6]];

@@ -62,16 +62,16 @@ pub(super) fn correct(
         let pair = &contacts.pairs[index];
         let found = &contacts.points[pair.points.clone()];
         for (point, found) in problem.points[solved.first..solved.end].iter_mut().zip(found) {
+            if point.law.target[2] == f64::NEG_INFINITY {
+                // It only passes.
+                continue;
+            }
             if let Some(rebound) = found.rebound {
                 // With several bodies the slip of two has to suffice.
                 any |= alone && correct_rebound(pair.friction, &rebound, point);
                 continue;
             }
             let Some(finer) = finer else { continue };
-            if point.law.target[2] == f64::NEG_INFINITY {
-                // It only passes.
-                continue;
-            }
             let tolerance = usual / finer;
             let (rest, tau_n) = rest_target(config, pair, found);
             // A point without load is right, unless the bodies still approach: its slip was overestimated,
