@@ -36,8 +36,9 @@ pub(super) fn step(
     support: &mut SupportTransfer,
 ) {
     let rebounds = solve_with_rebounds(model, state, work, island, (problem, newton), v);
-    // A sequence has found who meets.
-    if rebounds == Rebounds::Own {
+    // Bodies that rebound within the step do not move along their velocities at its end.
+    if rebounds == Rebounds::Own && (island.is_lone_object() || !impacts::any_within(&work.collision, island))
+    {
         passing::leave_out(model, state, work, island, (problem, newton), v);
     }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);

@@ -89,8 +89,8 @@ pub(super) struct Touch {
     pub acts: bool,
     /// Some contact with restitution pushes.
     pub rebounds: bool,
-    /// Some pair pushes that did not in the last step.
-    pub is_new: bool,
+    /// Some contact has pushed evenly for some time.
+    pub steady: bool,
 }
 
 /// The impacts of a step.
@@ -293,6 +293,13 @@ fn follow_paths(model: &Model, collision: &mut Collision, island: &Island, impac
     if astray {
         collision.distances.clear(model.colliders().len());
     }
+}
+
+/// Whether a point of an island rebounds within the step.
+pub(super) fn any_within(collision: &Collision, island: &Island) -> bool {
+    let Contacts { pairs, points, .. } = &collision.contacts;
+    let within = |point: &ContactPoint| point.rebound.is_some_and(|rebound| rebound.time_s.is_finite());
+    island.pairs.iter().any(|&index| points[pairs[index].points.clone()].iter().any(within))
 }
 
 /// The object of a body, if it is one.

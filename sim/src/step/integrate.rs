@@ -46,13 +46,14 @@ fn mark_touched(contacts: &Contacts, island: &Island, problem: &Problem, touched
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let acts = problem.points[solved.first..solved.end].iter().any(|point| point.impulse[2] > 0.0);
         let pair = &contacts.pairs[index];
-        let known = contacts.points[pair.points.clone()].iter().any(|point| point.anchor.loaded);
+        let found = &contacts.points[pair.points.clone()];
+        let steady = found.iter().any(|point| point.anchor.bears_steadily());
         let rebounds = acts && pair.restitution > 0.0;
-        let is_new = acts && !known;
+        let steady = acts && steady;
         for k in [solved.a, solved.b].into_iter().filter_map(on_object) {
             let of = &mut touched[island.objects.binary_search(&k).unwrap_or(0)];
             *of =
-                Touch { acts: of.acts | acts, rebounds: of.rebounds | rebounds, is_new: of.is_new | is_new };
+                Touch { acts: of.acts | acts, rebounds: of.rebounds | rebounds, steady: of.steady | steady };
         }
     }
 }
@@ -118,7 +119,7 @@ pub(super) fn move_objects(
             let momentum = solved.inertia * angular;
             let kept = omega_at(pose.rotation, inverse, momentum);
             let blow =
-                touched[slot].rebounds || touched[slot].is_new && kept.dot(momentum) > angular.dot(momentum);
+                touched[slot].rebounds || !touched[slot].steady && kept.dot(momentum) > angular.dot(momentum);
             let far = by.length() * unlike(inertia, inverse) > FAR_TURN;
             let with_it = if blow || far { turned(Rotation::IDENTITY, by) * angular } else { kept };
             state.v[to + 3..to + 6].copy_from_slice(&with_it.to_array());
