@@ -164,11 +164,6 @@ impl Anchor {
         bearing: 0.0,
     };
 
-    /// Whether the point has borne for some time what it bore in the last step.
-    pub(crate) fn bears_steadily(&self) -> bool {
-        self.loaded && self.bearing > 0.5 * self.normal_force
-    }
-
     /// Bearing after a step of `h` with this normal force.
     pub(crate) fn bearing_after(&self, normal_force: f64, h: f64) -> f64 {
         self.bearing + (normal_force - self.bearing) * (h / (h + BEARING_S))

@@ -89,8 +89,8 @@ pub(super) struct Touch {
     pub acts: bool,
     /// Some contact with restitution pushes.
     pub rebounds: bool,
-    /// Some contact has pushed evenly for some time.
-    pub steady: bool,
+    /// Sum of the normal impulses, N s.
+    pub impulse: f64,
 }
 
 /// The impacts of a step.

@@ -20,6 +20,9 @@ use palmares_models::{Pose, Rotation, Vec3};
 /// thin disc, 550 for a needle.
 const FAR_TURN: f64 = 0.25;
 
+/// Contacts that press with more than so many times an object's weight strike it.
+const BLOW: f64 = 5.0;
+
 /// Moves joint coordinates by `v · time`; returns the new pose of the base.
 fn advanced(base: Pose, q: &mut [f64], v: &[f64], time: f64) -> Pose {
     for (q, rate) in q.iter_mut().zip(&v[6..]) {
@@ -44,16 +47,18 @@ fn mark_touched(contacts: &Contacts, island: &Island, problem: &Problem, touched
     touched.clear();
     touched.resize(island.objects.len(), Touch::default());
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
-        let acts = problem.points[solved.first..solved.end].iter().any(|point| point.impulse[2] > 0.0);
+        let points = &problem.points[solved.first..solved.end];
+        let acts = points.iter().any(|point| point.impulse[2] > 0.0);
         let pair = &contacts.pairs[index];
-        let found = &contacts.points[pair.points.clone()];
-        let steady = found.iter().any(|point| point.anchor.bears_steadily());
         let rebounds = acts && pair.restitution > 0.0;
-        let steady = acts && steady;
+        let impulse: f64 = points.iter().map(|point| point.impulse[2]).sum();
         for k in [solved.a, solved.b].into_iter().filter_map(on_object) {
             let of = &mut touched[island.objects.binary_search(&k).unwrap_or(0)];
-            *of =
-                Touch { acts: of.acts | acts, rebounds: of.rebounds | rebounds, steady: of.steady | steady };
+            *of = Touch {
+                acts: of.acts | acts,
+                rebounds: of.rebounds | rebounds,
+                impulse: of.impulse + impulse,
+            };
         }
     }
 }
@@ -118,8 +123,9 @@ pub(super) fn move_objects(
             let (inertia, inverse) = (model.objects()[k].inertia, model.object_inertia_inverse(k));
             let momentum = solved.inertia * angular;
             let kept = omega_at(pose.rotation, inverse, momentum);
-            let blow =
-                touched[slot].rebounds || !touched[slot].steady && kept.dot(momentum) > angular.dot(momentum);
+            let weight = solved.mass * model.config().gravity.length();
+            let struck = touched[slot].impulse > BLOW * weight * h;
+            let blow = touched[slot].rebounds || struck && kept.dot(momentum) > angular.dot(momentum);
             let far = by.length() * unlike(inertia, inverse) > FAR_TURN;
             let with_it = if blow || far { turned(Rotation::IDENTITY, by) * angular } else { kept };
             state.v[to + 3..to + 6].copy_from_slice(&with_it.to_array());
