@@ -239,7 +239,7 @@ impl Config {
             acceleration_limit,
             angular_acceleration_limit,
         } = base;
-        let mut hash = ContentHash::of("palmares physics 3");
+        let mut hash = ContentHash::of("palmares physics 4");
         hash.vector(*gravity);
         hash.count(*max_iterations);
         hash.flag(*sleeping);

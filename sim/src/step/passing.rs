@@ -17,9 +17,6 @@ use crate::solver::problem::Problem;
 use crate::state::State;
 use palmares_models::{Pose, Vec3};
 
-/// A smaller gap is none, m.
-const GAP_M: f64 = 1e-5;
-
 /// Shapes that overlap by at most this on their way do not meet, m.
 const TOUCH_M: f64 = 2e-6;
 
@@ -50,7 +47,7 @@ pub(super) fn leave_out(
     let mut spent = 0;
     for (k, &index) in island.pairs.iter().enumerate() {
         let pair = &work.collision.contacts.pairs[index];
-        if acts_across_a_gap(work, problem, pair, k)
+        if acts_across_a_gap(work, problem, pair, (k, model.config().contact_onset_m))
             && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
         {
             passing.left_out.push(k);
@@ -102,13 +99,14 @@ pub(super) fn leave_out(
     work.passing = passing;
 }
 
-/// Whether a pair that bore nothing carries force, and only across a gap.
-fn acts_across_a_gap(work: &Work, problem: &Problem, pair: &ContactPair, k: usize) -> bool {
+/// Whether a pair that bore nothing carries force, and only across a gap. Within the onset of dissipation, surfaces count as
+/// touching.
+fn acts_across_a_gap(work: &Work, problem: &Problem, pair: &ContactPair, (k, onset_m): (usize, f64)) -> bool {
     let solved = &problem.pairs[k];
     let points = &work.collision.contacts.points[pair.points.clone()];
     let mut acts = false;
     for (point, found) in problem.points[solved.first..solved.end].iter().zip(points) {
-        if found.anchor.loaded || found.distance + pair.initial_overlap <= GAP_M {
+        if found.anchor.loaded || found.distance + pair.initial_overlap <= onset_m {
             return false;
         }
         acts |= point.impulse[2] > 0.0;
