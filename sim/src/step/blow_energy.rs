@@ -10,6 +10,7 @@
 //! largest such s. Impulses stay in the friction cone, and bodies do not approach, because both hold for p₀ and p₁.
 
 use super::impacts::{Bodies, on_object};
+use super::resolve_scratch::Blend;
 use super::solve::solve;
 use super::work::Work;
 use crate::contact::narrow_phase::ContactPair;
@@ -24,17 +25,6 @@ use palmares_models::Vec3;
 /// Work up to this part of the exchanged work is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Scratch memory.
-#[derive(Default)]
-pub(crate) struct Blend {
-    /// Impulses and velocities of the points with rebounds.
-    rebounding: Vec<[[f64; 4]; 2]>,
-    /// Generalized velocity with rebounds.
-    v: Vec<f64>,
-    /// Time of the first rebound of every object of the island, s; infinite without one.
-    times: Vec<f64>,
-}
-
 /// Replaces the solution of a step by the blend of it and the plastic one, if its rebounds add energy.
 pub(super) fn limit(
     model: &Model,
@@ -44,7 +34,7 @@ pub(super) fn limit(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
 ) {
-    let mut blend = std::mem::take(&mut work.impacts.blend);
+    let mut blend = std::mem::take(&mut work.blend);
     blend.times.clear();
     blend.times.resize(island.objects.len(), f64::INFINITY);
     if time_rebounds(work, island, problem, &mut blend.times) {
@@ -53,7 +43,7 @@ pub(super) fn limit(
             take_plastic(model, state, work, island, (problem, newton), v, &mut blend);
         }
     }
-    work.impacts.blend = blend;
+    work.blend = blend;
 }
 
 /// Solves the step without rebounds, and blends.

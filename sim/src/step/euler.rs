@@ -15,9 +15,8 @@ use super::impacts::{Bodies, Rebounds};
 use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
-use super::{
-    blow_energy, contact_memory, friction_passes, impacts, integrate, momentum, passing, slip_passes,
-};
+use super::{blow_energy, contact_memory, friction_passes, impacts};
+use super::{integrate, momentum, passing, slip_passes};
 use crate::actuation::slowed;
 use crate::model::Model;
 use crate::solver::island::Island;

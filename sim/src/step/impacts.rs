@@ -1,7 +1,6 @@
 //! The contact points that rebound in a step, and their speeds: alone by Newton's law of impact, `v_n⁺ = −e
 //! v_n⁻`; if several bodies meet, by the sequence of their impacts ([`crate::contact::impact_sequence`]).
 
-use super::blow_energy::Blend;
 use super::slip_correction::rest_target;
 use super::torque_free::free_turn;
 use crate::contact::collide::Collision;
@@ -100,8 +99,6 @@ pub(crate) struct Impacts {
     pub of_objects: Vec<Option<ObjectImpact>>,
     /// Impacts of several bodies.
     sequence: ImpactSequence,
-    /// Scratch memory of [`super::blow_energy`].
-    pub(super) blend: Blend,
     /// How contacts act on the objects of an island.
     pub(super) touched: Vec<Touch>,
 }

@@ -26,6 +26,7 @@ mod method;
 mod midpoint_correction;
 mod momentum;
 mod passing;
+mod resolve_scratch;
 mod scratch;
 mod sleep;
 mod slip_correction;

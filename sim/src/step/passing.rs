@@ -5,6 +5,7 @@
 //! nothing would carry force across a gap: first with the velocities without contact; shapes that do not meet are left out, and the
 //! step is solved again. If they meet with the velocities of that solution, they take part again.
 
+use super::resolve_scratch::Passing;
 use super::solve::solve;
 use super::work::Work;
 use crate::contact::advancement::{Moving, Sweep, free_part};
@@ -22,16 +23,6 @@ const TOUCH_M: f64 = 2e-6;
 
 /// Largest number of solves after which left out pairs that meet take part again; then all do.
 const PASSES: usize = 3;
-
-/// Scratch memory.
-#[derive(Default)]
-pub(crate) struct Passing {
-    /// Indices of left out pairs in the island, with the targets of their points before.
-    left_out: Vec<usize>,
-    targets: Vec<[f64; 4]>,
-    /// Velocities of the links in the solution, at the base's origin.
-    links: Vec<SpatialVelocity>,
-}
 
 /// Leaves the pairs of a solved step out that only pass each other, and solves it again.
 pub(super) fn leave_out(

@@ -5,7 +5,7 @@ use super::continuous::Continuous;
 use super::drive::Drive;
 use super::forces::StepForces;
 use super::impacts::Impacts;
-use super::passing::Passing;
+use super::resolve_scratch::{Blend, Passing};
 use crate::actuation::friction::Passes;
 use crate::bounds::Fault;
 use crate::contact::collide::Collision;
@@ -29,6 +29,7 @@ pub(crate) struct Work {
     pub friction_passes: Passes,
     pub continuous: Continuous,
     pub passing: Passing,
+    pub blend: Blend,
     /// Per object: external force, N, and torque about its centre of mass, N·m, during the next step; empty
     /// for none.
     pub loads: Vec<(Vec3, Vec3)>,

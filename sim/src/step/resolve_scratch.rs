@@ -1,0 +1,24 @@
+//! Scratch memory of the repeated solves of a step.
+
+use crate::dynamics::spatial::SpatialVelocity;
+
+/// Of [`super::blow_energy`].
+#[derive(Default)]
+pub(crate) struct Blend {
+    /// Impulses and velocities of the points with rebounds.
+    pub(super) rebounding: Vec<[[f64; 4]; 2]>,
+    /// Generalized velocity with rebounds.
+    pub(super) v: Vec<f64>,
+    /// Time of the first rebound of every object of the island, s; infinite without one.
+    pub(super) times: Vec<f64>,
+}
+
+/// Of [`super::passing`].
+#[derive(Default)]
+pub(crate) struct Passing {
+    /// Indices of left out pairs in the island, with the targets of their points before.
+    pub(super) left_out: Vec<usize>,
+    pub(super) targets: Vec<[f64; 4]>,
+    /// Velocities of the links in the solution, at the base's origin.
+    pub(super) links: Vec<SpatialVelocity>,
+}
