@@ -179,7 +179,7 @@ def test_random_interrupts_of_long_steps_of_worlds() -> None:
             ]
             for played, call in calls:
                 before = tick_of(played)
-                interrupted += alarm(draw.uniform(0.0, 0.2), call)
+                interrupted += alarm(draw.uniform(0.0, 0.1), call)
                 played.finish()
                 assert tick_of(played) in (before, before + ticks)
                 if tick_of(played) == before:
