@@ -38,7 +38,7 @@ pub(super) fn limit(
     blend.times.clear();
     blend.times.resize(island.objects.len(), f64::INFINITY);
     if time_rebounds(work, island, problem, &mut blend.times) {
-        let [done, exchanged] = work_of(model, state, work, island, problem, &blend.times, v, None);
+        let [done, exchanged] = work_of((model, state), work, island, problem, &blend.times, v, None);
         if done > ROUNDING * exchanged {
             take_plastic(model, state, work, island, (problem, newton), v, &mut blend);
         }
@@ -92,7 +92,8 @@ fn largest_part(
     v: &[f64],
     blend: &Blend,
 ) -> f64 {
-    let work_at = |s: f64| work_of(model, state, work, island, problem, &blend.times, v, Some((s, blend)))[0];
+    let work_at =
+        |s: f64| work_of((model, state), work, island, problem, &blend.times, v, Some((s, blend)))[0];
     let [none, half, all] = [0.0, 0.5, 1.0].map(work_at);
     if all <= 0.0 {
         return 1.0;
@@ -136,8 +137,7 @@ fn time_rebounds(work: &Work, island: &Island, problem: &Problem, times: &mut [f
 /// velocities to which a part s of the way from the solution leads. Free bodies: the change of their kinetic energy, less what
 /// springs of other contacts return. With the hand: the work of the rebounding points.
 fn work_of(
-    model: &Model,
-    state: &State,
+    (model, state): (&Model, &State),
     work: &Work,
     island: &Island,
     problem: &Problem,

@@ -31,7 +31,7 @@ pub(super) fn leave_out(
     work: &mut Work,
     island: &Island,
     (problem, newton): (&mut Problem, &mut Newton),
-    v: &mut Vec<f64>,
+    v: &mut [f64],
 ) {
     let mut passing = std::mem::take(&mut work.passing);
     passing.left_out.clear();
