@@ -18,6 +18,9 @@ use crate::solver::problem::Problem;
 use crate::state::State;
 use palmares_models::{Pose, Vec3};
 
+/// A smaller gap between free bodies is none, m.
+const GAP_M: f64 = 1e-5;
+
 /// Shapes that overlap by at most this on their way do not meet, m.
 const TOUCH_M: f64 = 2e-6;
 
@@ -38,8 +41,12 @@ pub(super) fn leave_out(
     let mut spent = 0;
     for (k, &index) in island.pairs.iter().enumerate() {
         let pair = &work.collision.contacts.pairs[index];
-        if acts_across_a_gap(work, problem, pair, (k, model.config().contact_onset_m))
-            && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
+        if acts_across_a_gap(
+            work,
+            problem,
+            pair,
+            (k, if island.hand { model.config().contact_onset_m } else { GAP_M }),
+        ) && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
         {
             passing.left_out.push(k);
         }
