@@ -248,7 +248,19 @@ impl Pair {
     /// Whether there is nothing to remember. parry starts its search from the normals, so they count.
     pub(crate) fn is_blank(&self) -> bool {
         // Without points neither face nor lever is known.
-        let Pair { manifold, mean, initial_overlap, .. } = self;
+        let Pair {
+            key: _,
+            manifold,
+            mean,
+            facing: _,
+            covered: _,
+            lever: _,
+            initial_overlap,
+            updated_at: _,
+            predicted: _,
+            beside: _,
+            placed: _,
+        } = self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO
             && manifold.local_n2 == Vec3::ZERO

@@ -279,9 +279,11 @@ impl Contacts {
         let turned_in = a.restitution.max(b.restitution) > 0.0
             && deepest < -config.contact_onset_m
             && !pair.manifold.points.iter().any(|point| point.data.loaded);
-        let before =
-            if turned_in { -deepest + config.separation_speed * config.step_s } else { pair.initial_overlap };
-        pair.initial_overlap = overlap_left(config, before, deepest, first_sight || placed);
+        pair.initial_overlap = if turned_in {
+            -deepest
+        } else {
+            overlap_left(config, pair.initial_overlap, deepest, first_sight || placed)
+        };
         if pair.manifold.points.is_empty() {
             pair.updated_at = (0.0, Pose::IDENTITY);
             pair.mean = Anchor::default();

@@ -67,9 +67,7 @@ pub(super) struct Bodies<'a> {
 impl Bodies<'_> {
     /// Acceleration of a free body by gravity and external forces, m/s²; 0 for others.
     pub(super) fn pull(&self, owner: Owner) -> Vec3 {
-        let Some(k) = on_object(owner) else { return Vec3::ZERO };
-        let force = self.loads.get(k).map_or(Vec3::ZERO, |(force, _)| *force);
-        self.model.config().gravity + force / self.model.objects()[k].mass
+        on_object(owner).map_or(Vec3::ZERO, |k| pull(self.model, self.loads, k))
     }
 
     /// Centripetal acceleration of a point of a free body, m/s²: its corners reach a surface sooner or later than their velocities
@@ -297,6 +295,12 @@ pub(super) fn any_within(collision: &Collision, island: &Island) -> bool {
     let Contacts { pairs, points, .. } = &collision.contacts;
     let within = |point: &ContactPoint| point.rebound.is_some_and(|rebound| rebound.time_s.is_finite());
     island.pairs.iter().any(|&index| points[pairs[index].points.clone()].iter().any(within))
+}
+
+/// Acceleration of an object by gravity and external forces, m/s².
+pub(super) fn pull(model: &Model, loads: &[(Vec3, Vec3)], object: usize) -> Vec3 {
+    let force = loads.get(object).map_or(Vec3::ZERO, |(force, _)| *force);
+    model.config().gravity + force / model.objects()[object].mass
 }
 
 /// The object of a body, if it is one.

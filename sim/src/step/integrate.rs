@@ -3,7 +3,7 @@
 //! An object that rebounds at time t within the step flies ballistically before and after it; an object that
 //! contacts leave free moves with the mean velocity ([`super::midpoint_correction`]).
 
-use super::impacts::{Impacts, ObjectImpact, Touch, on_object};
+use super::impacts::{Impacts, ObjectImpact, Touch, on_object, pull};
 use super::midpoint_correction::{Correction, correction};
 use super::torque_free::{omega_at, turned, unlike};
 use crate::contact::narrow_phase::Contacts;
@@ -13,11 +13,11 @@ use crate::solver::problem::Problem;
 use crate::state::State;
 use palmares_models::{Pose, Rotation, Vec3};
 
-/// Contacts turn a body away from its torque-free orientation. Its angular momentum stays that of the solution, so that the
-/// angular velocity follows from the new orientation. Beyond this limit, and in a blow, the body keeps the angular velocity
-/// in its own axes instead, and with it the energy: part of a needle's turn about its middle would become spin about its axis,
-/// at a thousand times the speed. The limit, rad, is on the turn times the ratio of the body's moments of inertia, 1.1 for a
-/// thin disc, 550 for a needle.
+/// Contacts turn a body away from its torque-free orientation. Under steady forces its angular momentum stays that of the
+/// solution, and the angular velocity follows from the new orientation. In a blow the angular velocity stays: a slab that falls on
+/// a corner then turns most alike at every step. In a rebound, and beyond this limit, the body keeps the angular velocity in its own
+/// axes, and with it the energy: part of a needle's turn about its middle would become spin about its axis, at a thousand times
+/// the speed. The limit, rad, is on the turn times the ratio of the body's moments of inertia, 1.1 for a thin disc, 550 for a needle.
 const FAR_TURN: f64 = 0.25;
 
 /// Contacts that press with more than so many times an object's weight strike it.
@@ -106,8 +106,7 @@ pub(super) fn move_objects(
             Some(ObjectImpact { stays: true, .. }) => pose.translation += after * h,
             Some(ObjectImpact { time_s: t, detour, .. }) => {
                 let rest = h - t;
-                let force = loads.get(k).map_or(Vec3::ZERO, |(force, _)| *force);
-                let pull = model.config().gravity + force / solved.mass;
+                let pull = pull(model, loads, k);
                 pose.translation += before * t + after * rest + pull * (0.5 * (t * t - rest * rest)) + detour;
             }
         }
@@ -121,13 +120,15 @@ pub(super) fn move_objects(
         // A ball keeps its angular velocity however it turns.
         if solved.turn.is_some() && by != Vec3::ZERO {
             let (inertia, inverse) = (model.objects()[k].inertia, model.object_inertia_inverse(k));
-            let momentum = solved.inertia * angular;
-            let kept = omega_at(pose.rotation, inverse, momentum);
-            let weight = solved.mass * model.config().gravity.length();
-            let struck = touched[slot].impulse > BLOW * weight * h;
-            let blow = touched[slot].rebounds || struck && kept.dot(momentum) > angular.dot(momentum);
             let far = by.length() * unlike(inertia, inverse) > FAR_TURN;
-            let with_it = if blow || far { turned(Rotation::IDENTITY, by) * angular } else { kept };
+            let weight = solved.mass * model.config().gravity.length();
+            let with_it = if touched[slot].rebounds || far {
+                turned(Rotation::IDENTITY, by) * angular
+            } else if touched[slot].impulse > BLOW * weight * h {
+                angular
+            } else {
+                omega_at(pose.rotation, inverse, solved.inertia * angular)
+            };
             state.v[to + 3..to + 6].copy_from_slice(&with_it.to_array());
         }
         at += 6;

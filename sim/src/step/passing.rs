@@ -5,6 +5,7 @@
 //! nothing would carry force across a gap: first with the velocities without contact; shapes that do not meet are left out, and the
 //! step is solved again. If they meet with the velocities of that solution, they take part again.
 
+use super::impacts::pull;
 use super::resolve_scratch::Passing;
 use super::solve::solve;
 use super::work::Work;
@@ -39,14 +40,12 @@ pub(super) fn leave_out(
     let mut passing = std::mem::take(&mut work.passing);
     passing.left_out.clear();
     let mut spent = 0;
+    // In the hand, surfaces within the onset of dissipation count as touching.
+    let touching_m = if island.hand { model.config().contact_onset_m } else { GAP_M };
     for (k, &index) in island.pairs.iter().enumerate() {
         let pair = &work.collision.contacts.pairs[index];
-        if acts_across_a_gap(
-            work,
-            problem,
-            pair,
-            (k, if island.hand { model.config().contact_onset_m } else { GAP_M }),
-        ) && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
+        if acts_across_a_gap(work, pair, (problem, k), touching_m)
+            && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
         {
             passing.left_out.push(k);
         }
@@ -97,14 +96,18 @@ pub(super) fn leave_out(
     work.passing = passing;
 }
 
-/// Whether a pair that bore nothing carries force, and only across a gap. Within the onset of dissipation, surfaces count as
-/// touching.
-fn acts_across_a_gap(work: &Work, problem: &Problem, pair: &ContactPair, (k, onset_m): (usize, f64)) -> bool {
+/// Whether the `k`-th pair of a problem bore nothing and carries force, and only across a gap of more than `touching_m`.
+fn acts_across_a_gap(
+    work: &Work,
+    pair: &ContactPair,
+    (problem, k): (&Problem, usize),
+    touching_m: f64,
+) -> bool {
     let solved = &problem.pairs[k];
     let points = &work.collision.contacts.points[pair.points.clone()];
     let mut acts = false;
     for (point, found) in problem.points[solved.first..solved.end].iter().zip(points) {
-        if found.anchor.loaded || found.distance + pair.initial_overlap <= onset_m {
+        if found.anchor.loaded || found.distance + pair.initial_overlap <= touching_m {
             return false;
         }
         acts |= point.impulse[2] > 0.0;
@@ -148,9 +151,8 @@ fn free(model: &Model, state: &State, work: &Work, owner: Owner) -> SpatialVeloc
         Owner::Link(i) => link(work, i, work.dynamics.recursion.velocity[i]),
         Owner::Object(k) => {
             let (linear, angular) = state.object_velocity(model, k);
-            let force = work.loads.get(k).map_or(Vec3::ZERO, |(force, _)| *force);
-            let pull = model.config().gravity + force / model.objects()[k].mass;
-            SpatialVelocity { linear: linear + pull * (0.5 * model.config().step_s), angular }
+            let fallen = pull(model, &work.loads, k) * (0.5 * model.config().step_s);
+            SpatialVelocity { linear: linear + fallen, angular }
         }
     }
 }

@@ -96,7 +96,7 @@ fn every_field_counts_in_the_digest() {
     let mut state = world.state().clone();
     state.earlier.smooth = true;
     type Change = (&'static str, fn(&mut State));
-    let changes: [Change; 53] = [
+    let changes: [Change; 56] = [
         ("step", |s| s.step ^= 1),
         ("base place", |s| nudge(&mut s.base.translation.y)),
         ("base turn", |s| nudge(&mut s.base.rotation.w)),
@@ -136,6 +136,9 @@ fn every_field_counts_in_the_digest() {
         ("mean slip", |s| nudge(&mut loaded(&mut s.pairs).mean.slip)),
         ("mean force", |s| nudge(&mut loaded(&mut s.pairs).mean.normal_force)),
         ("covered", |s| loaded(&mut s.pairs).covered ^= true),
+        ("predicted", |s| loaded(&mut s.pairs).predicted = None),
+        ("beside", |s| nudge(&mut loaded(&mut s.pairs).beside.x)),
+        ("placed", |s| loaded(&mut s.pairs).placed ^= true),
         ("lever", |s| nudge(&mut loaded(&mut s.pairs).lever)),
         ("number of points", |s| loaded(&mut s.pairs).manifold.points.truncate(0)),
         ("point on a", |s| nudge(&mut point(s).local_p1.x)),

@@ -101,7 +101,6 @@ fn turned_by_a_fall(step_s: f64) -> f64 {
 }
 
 #[test]
-#[ignore = "a known error of docs/physics.md: it turns by 0.78 to 0.9 degrees"]
 fn what_falls_on_a_corner_turns_alike_at_every_step() {
     // With all friction at the pressed points it would be about 2: while one corner is struck and another
     // still bears, friction acts between them.
