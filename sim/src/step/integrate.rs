@@ -14,13 +14,17 @@ use crate::state::State;
 use palmares_models::{Pose, Rotation, Vec3};
 
 /// Contacts turn a body away from its torque-free orientation. Under steady forces its angular momentum stays that of the
-/// solution, and the angular velocity follows from the new orientation. In a blow the angular velocity stays: a slab that falls on
-/// a corner then turns most alike at every step. In a rebound, and beyond this limit, the body keeps the angular velocity in its own
-/// axes, and with it the energy: part of a needle's turn about its middle would become spin about its axis, at a thousand times
-/// the speed. The limit, rad, is on the turn times the ratio of the body's moments of inertia, 1.1 for a thin disc, 550 for a needle.
+/// solution, and the angular velocity follows from the new orientation. In a rebound, in a blow that would gain so, and beyond this
+/// limit, the body keeps the angular velocity in its own axes, and with it the energy: part of a needle's turn about its middle would
+/// become spin about its axis, at a thousand times the speed. The limit, rad, is on the turn times the ratio of the body's moments
+/// of inertia, 1.1 for a thin disc, 550 for a needle.
 const FAR_TURN: f64 = 0.25;
 
-/// Contacts that press with more than so many times an object's weight strike it.
+/// A body that turns by less than this in a step, rad, keeps its angular velocity in a blow: a slab that falls on a corner then turns
+/// most alike at every step.
+const SMALL_TURN: f64 = 0.1;
+
+/// Contacts that press with more than so many times an object's weight strike it, unless a hand grips it.
 const BLOW: f64 = 5.0;
 
 /// Moves joint coordinates by `v · time`; returns the new pose of the base.
@@ -120,14 +124,17 @@ pub(super) fn move_objects(
         // A ball keeps its angular velocity however it turns.
         if solved.turn.is_some() && by != Vec3::ZERO {
             let (inertia, inverse) = (model.objects()[k].inertia, model.object_inertia_inverse(k));
-            let far = by.length() * unlike(inertia, inverse) > FAR_TURN;
             let weight = solved.mass * model.config().gravity.length();
-            let with_it = if touched[slot].rebounds || far {
-                turned(Rotation::IDENTITY, by) * angular
-            } else if touched[slot].impulse > BLOW * weight * h {
+            let momentum = solved.inertia * angular;
+            let kept = omega_at(pose.rotation, inverse, momentum);
+            let struck = !island.hand && touched[slot].impulse > BLOW * weight * h;
+            let far = by.length() * unlike(inertia, inverse) > FAR_TURN;
+            let with_it = if struck && !far && !touched[slot].rebounds && angular.length() * h <= SMALL_TURN {
                 angular
+            } else if touched[slot].rebounds || far || struck && kept.dot(momentum) > angular.dot(momentum) {
+                turned(Rotation::IDENTITY, by) * angular
             } else {
-                omega_at(pose.rotation, inverse, solved.inertia * angular)
+                kept
             };
             state.v[to + 3..to + 6].copy_from_slice(&with_it.to_array());
         }
