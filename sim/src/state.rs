@@ -111,8 +111,10 @@ pub struct MotorState {
 pub struct Sleep {
     /// Steps for which the object has been slow enough.
     pub still_steps: u32,
-    /// Its displacements, linear in m and angular in rad, in the last two halves of the time of stillness.
-    pub moved: [[f64; 6]; 2],
+    /// Its displacements, linear in m and angular in rad, in the last three halves of the time of stillness.
+    pub moved: [[f64; 6]; 3],
+    /// Whether it neither accelerated nor crept in the last of them that has ended.
+    pub rests: bool,
     /// Whether it sleeps: it then has no velocity and is not solved.
     pub asleep: bool,
 }
@@ -332,8 +334,8 @@ impl State {
             h.word(u64::from(locked.is_some()));
             h.floats(&[locked.unwrap_or(0.0)]);
         }
-        for Sleep { still_steps, moved, asleep } in sleep {
-            h.word(u64::from(*still_steps) << 1 | u64::from(*asleep));
+        for Sleep { still_steps, moved, rests, asleep } in sleep {
+            h.word(u64::from(*still_steps) << 2 | u64::from(*rests) << 1 | u64::from(*asleep));
             h.floats(moved.as_flattened());
         }
         // The earlier step counts only if the motion was smooth.

@@ -22,6 +22,9 @@ use palmares_models::{Pose, Vec3};
 /// A smaller gap between free bodies is none, m.
 const GAP_M: f64 = 1e-5;
 
+/// Surfaces that move by less than this in a step pass nothing, m.
+const WAY_M: f64 = 1e-4;
+
 /// Shapes that overlap by at most this on their way do not meet, m.
 const TOUCH_M: f64 = 2e-6;
 
@@ -44,7 +47,7 @@ pub(super) fn leave_out(
     let touching_m = if island.hand { model.config().contact_onset_m } else { GAP_M };
     for (k, &index) in island.pairs.iter().enumerate() {
         let pair = &work.collision.contacts.pairs[index];
-        if acts_across_a_gap(work, pair, (problem, k), touching_m)
+        if acts_across_a_gap(work, pair, (problem, k), (touching_m, model.config().step_s))
             && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
         {
             passing.left_out.push(k);
@@ -96,23 +99,26 @@ pub(super) fn leave_out(
     work.passing = passing;
 }
 
-/// Whether the `k`-th pair of a problem bore nothing and carries force, and only across a gap of more than `touching_m`.
+/// Whether the `k`-th pair of a problem bore nothing and carries force, and only across a gap of more than
+/// `touching_m`, which its surfaces have the speed to pass.
 fn acts_across_a_gap(
     work: &Work,
     pair: &ContactPair,
     (problem, k): (&Problem, usize),
-    touching_m: f64,
+    (touching_m, step_s): (f64, f64),
 ) -> bool {
     let solved = &problem.pairs[k];
     let points = &work.collision.contacts.points[pair.points.clone()];
-    let mut acts = false;
+    let (mut acts, mut far) = (false, false);
     for (point, found) in problem.points[solved.first..solved.end].iter().zip(points) {
         if found.anchor.loaded || found.distance + pair.initial_overlap <= touching_m {
             return false;
         }
         acts |= point.impulse[2] > 0.0;
+        // A point without load slips as fast as the surfaces move.
+        far |= (found.approach.powi(2) + found.anchor.slip.powi(2)).sqrt() * step_s > WAY_M;
     }
-    acts
+    acts && far
 }
 
 /// Whether the shapes of a pair meet in a step with these motions of their bodies.

@@ -1,19 +1,24 @@
 //! Sleep: an island without the hand that has been slow for long enough, and does not accelerate, stops. It
 //! costs nothing until something touches it.
 //!
-//! The acceleration follows from the displacements x₁ and x₂ in two successive halves of that time T: `a = (x₂ − x₁)/(T/2)²`. The
-//! noise of a settling heap disappears in them; a body that rolls up a slope and turns back accelerates also where it stops.
+//! The acceleration follows from the displacements x₁ and x₂ in two successive halves of that time T: `a = (x₂ − x₁)/(T/2)²`. So a
+//! body that rolls up a slope and turns back accelerates also where it stops. In a settling heap the velocities change as much, but
+//! not twice in the same direction.
 
+use crate::config::Config;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::state::{Sleep, State};
 use std::array::from_fn;
 
-/// Mean velocities of a settling heap change by up to this, m/s.
-const NOISE: f64 = 1e-5;
+/// Changes of a mean velocity up to this are rounding, m/s.
+const ROUNDING: f64 = 1e-5;
 
-/// The same for angular velocities, rad/s.
-const ANGULAR_NOISE: f64 = 1e-4;
+/// Those of a settling heap are up to this, m/s.
+const NOISE: f64 = 2e-4;
+
+/// Angular velocities change by so much more, rad/m.
+const ANGULAR: f64 = 10.0;
 
 /// A body that moves on evenly, faster than this part of the limits of speed, is not at rest.
 const CREEP: f64 = 0.25;
@@ -24,9 +29,7 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
     if !config.sleeping {
         return;
     }
-    let h = config.step_s;
-    let half = (0.5 * config.sleep_after_s / h).ceil() as u32;
-    let enough = 2 * half;
+    let half = (0.5 * config.sleep_after_s / config.step_s).ceil() as u32;
     let mut all = !island.hand && !island.pairs.is_empty();
     for &k in &island.objects {
         let (linear, angular) = state.object_velocity(model, k);
@@ -35,28 +38,21 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
         let still = linear.length_squared() < config.sleep_linear.powi(2)
             && angular.length_squared() < config.sleep_angular.powi(2);
         if !still {
-            (sleep.still_steps, sleep.moved) = (0, [[0.0; 6]; 2]);
+            *sleep = Sleep::default();
             all = false;
             continue;
         }
-        let now = usize::from(sleep.still_steps >= half);
-        sleep.moved[now].iter_mut().zip(v).for_each(|(moved, v)| *moved += h * v);
+        let now = (sleep.still_steps / half).min(2) as usize;
+        sleep.moved[now].iter_mut().zip(v).for_each(|(moved, v)| *moved += config.step_s * v);
         sleep.still_steps += 1;
-        // From then on it is judged anew at the end of every half.
-        if sleep.still_steps == enough || sleep.still_steps == enough + half {
-            let [before, after] = sleep.moved;
-            let time = f64::from(half) * h;
-            let gained: [f64; 6] = from_fn(|i| (after[i] - before[i]) / time);
-            let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let creeps = size(&after[..3]) <= CREEP * config.sleep_linear * time
-                && size(&after[3..]) <= CREEP * config.sleep_angular * time;
-            let rests = creeps
-                && size(&gained[..3]) <= config.sleep_acceleration * time + NOISE
-                && size(&gained[3..]) <= config.sleep_angular_acceleration * time + ANGULAR_NOISE;
-            sleep.still_steps = if rests { enough } else { half };
-            sleep.moved = [after, [0.0; 6]];
+        if sleep.still_steps >= 2 * half && sleep.still_steps % half == 0 {
+            sleep.rests = rests(config, &sleep.moved[..=now], f64::from(half) * config.step_s);
+            if now == 2 {
+                sleep.moved = [sleep.moved[1], sleep.moved[2], [0.0; 6]];
+                sleep.still_steps = 2 * half;
+            }
         }
-        all &= sleep.still_steps >= enough;
+        all &= sleep.rests;
     }
     if all {
         for &k in &island.objects {
@@ -65,6 +61,32 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
             state.sleep[k] = Sleep { asleep: true, ..Sleep::default() };
         }
     }
+}
+
+/// Whether a body with these displacements, m and rad, in two or three successive times, s, is at rest.
+fn rests(config: &Config, moved: &[[f64; 6]], time_s: f64) -> bool {
+    let mean = |k: usize, part: usize| -> [f64; 3] { from_fn(|i| moved[k][3 * part + i] / time_s) };
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let gained = |k: usize, part: usize| -> [f64; 3] {
+        let [before, after] = [k - 1, k].map(|k| mean(k, part));
+        from_fn(|i| after[i] - before[i])
+    };
+    let last = moved.len() - 1;
+    let parts = [
+        (config.sleep_linear, config.sleep_acceleration, 1.0),
+        (config.sleep_angular, config.sleep_angular_acceleration, ANGULAR),
+    ];
+    parts.into_iter().enumerate().all(|(part, (speed, acceleration, times))| {
+        let (mean, gain) = (mean(last, part), gained(last, part));
+        let size = dot(gain, gain).sqrt();
+        let slow = acceleration * time_s;
+        let again = || {
+            let earlier = gained(last - 1, part);
+            dot(gain, earlier) > 0.5 * size * dot(earlier, earlier).sqrt()
+        };
+        let steady = size <= slow + times * ROUNDING || last > 1 && size <= slow + times * NOISE && !again();
+        steady && dot(mean, mean).sqrt() <= CREEP * speed
+    })
 }
 
 #[cfg(test)]

@@ -96,7 +96,7 @@ fn every_field_counts_in_the_digest() {
     let mut state = world.state().clone();
     state.earlier.smooth = true;
     type Change = (&'static str, fn(&mut State));
-    let changes: [Change; 56] = [
+    let changes: [Change; 57] = [
         ("step", |s| s.step ^= 1),
         ("base place", |s| nudge(&mut s.base.translation.y)),
         ("base turn", |s| nudge(&mut s.base.rotation.w)),
@@ -114,6 +114,7 @@ fn every_field_counts_in_the_digest() {
         ("friction", |s| s.friction.push(0.0)),
         ("still steps", |s| s.sleep[2].still_steps ^= 1),
         ("moved since", |s| nudge(&mut s.sleep[2].moved[0][1])),
+        ("rests", |s| s.sleep[2].rests ^= true),
         ("asleep", |s| s.sleep[2].asleep ^= true),
         ("earlier smooth", |s| s.earlier.smooth ^= true),
         ("earlier base", |s| nudge(&mut s.earlier.motion.base.translation.x)),
