@@ -43,7 +43,7 @@ pub(super) fn still_separated(
 }
 
 /// Distance of two shapes, m; 0 where they overlap.
-fn distance(a: &Collider, b: &Collider, a_from_b: &Pose) -> f64 {
+pub(super) fn distance(a: &Collider, b: &Collider, a_from_b: &Pose) -> f64 {
     let cores = (a.core.as_cuboid(), b.core.as_cuboid());
     let found = match cores {
         // parry's own distance of two boxes can be more than a millimetre too large where two edges are nearest.

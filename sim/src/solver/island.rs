@@ -1,7 +1,7 @@
 //! Islands: groups of bodies that press on each other. Each is solved on its own, and an island at rest
 //! sleeps.
 
-use crate::contact::narrow_phase::{ContactPair, Contacts};
+use crate::contact::narrow_phase::Contacts;
 use crate::model::{Model, Owner};
 
 /// Bodies that are coupled in this step.
@@ -13,6 +13,8 @@ pub struct Island {
     pub objects: Vec<usize>,
     /// Indices in [`Contacts::pairs`], ascending.
     pub pairs: Vec<usize>,
+    /// Indices in [`Contacts::left_out`], ascending.
+    pub left_out: Vec<usize>,
 }
 
 impl Island {
@@ -78,13 +80,34 @@ impl Islands {
             }
         }
         for (k, pair) in contacts.pairs.iter().enumerate() {
-            let island = self.of_pair(pair);
+            let island = self.of_pair(pair.a, pair.b);
             self.islands[island].pairs.push(k);
         }
     }
 
-    fn of_pair(&mut self, pair: &ContactPair) -> usize {
-        let node = node(pair.b).or(node(pair.a)).unwrap_or(0);
+    /// Gives every island what was left out of it; nothing lies between two islands.
+    pub fn distribute(&mut self, contacts: &Contacts) {
+        for island in &mut self.islands[..self.len] {
+            island.left_out.clear();
+        }
+        for (k, left) in contacts.left_out.iter().enumerate() {
+            if !left.joined {
+                let island = self.of_pair(left.a, left.b);
+                self.islands[island].left_out.push(k);
+            }
+        }
+    }
+
+    /// Whether two bodies are in different islands.
+    pub fn separates(&mut self, a: Owner, b: Owner) -> bool {
+        match (node(a), node(b)) {
+            (Some(a), Some(b)) => self.root(a) != self.root(b),
+            _ => false,
+        }
+    }
+
+    fn of_pair(&mut self, a: Owner, b: Owner) -> usize {
+        let node = node(b).or(node(a)).unwrap_or(0);
         let root = self.root(node);
         self.island_of[root]
     }
@@ -101,6 +124,11 @@ impl Islands {
     pub fn list(&self) -> &[Island] {
         &self.islands[..self.len]
     }
+
+    /// The same, to be changed.
+    pub fn list_mut(&mut self) -> &mut [Island] {
+        &mut self.islands[..self.len]
+    }
 }
 
 fn node(owner: Owner) -> Option<usize> {
@@ -115,6 +143,7 @@ fn node(owner: Owner) -> Option<usize> {
 mod tests {
     use super::*;
     use crate::config::Config;
+    use crate::contact::narrow_phase::ContactPair;
     use palmares_models::object::Object;
     use palmares_models::shape::Shape;
     use palmares_models::{Pose, Vec3};

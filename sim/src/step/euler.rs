@@ -5,16 +5,18 @@
 //! 2. [`support_transfer::transfer`]: a lone object that tips onto another support.
 //! 3. [`slip_passes::settle`]: where slip begins or ends, unless supports have changed.
 //! 4. [`friction_passes::settle`]: cables that rub on their guides.
-//! 5. [`contact_memory::remember`]: anchors for the next step.
-//! 6. [`move_hand`], [`integrate::move_objects`]: positions.
+//! 5. [`joining::reached`]: contacts that the search has left out and the solution reaches join, and all is solved again.
+//! 6. [`contact_memory::remember`]: anchors for the next step.
+//! 7. [`move_hand`], [`integrate::move_objects`]: positions.
 
 use super::assemble::assemble;
 use super::impacts::Rebounds;
 use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
-use super::{contact_memory, friction_passes, impacts, integrate, momentum, slip_passes};
+use super::{contact_memory, friction_passes, impacts, integrate, joining, momentum, slip_passes};
 use crate::actuation::slowed;
+use crate::bounds::step_work;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -26,18 +28,25 @@ pub(super) fn step(
     model: &Model,
     state: &mut State,
     work: &mut Work,
-    island: &Island,
+    island: &mut Island,
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
     support: &mut SupportTransfer,
 ) {
-    solve_with_rebounds(model, state, work, island, (problem, newton), v);
-    let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
-    if !transferred {
-        slip_passes::settle(model, work, island, (problem, newton), v);
-    }
-    if island.hand && !state.friction.is_empty() {
-        friction_passes::settle(model, work, (problem, newton), v, &state.tension);
+    // Every round but the last lets something join.
+    loop {
+        solve_with_rebounds(model, state, work, island, (problem, newton), v);
+        let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
+        if !transferred {
+            slip_passes::settle(model, work, island, (problem, newton), v);
+        }
+        if island.hand && !state.friction.is_empty() {
+            friction_passes::settle(model, work, (problem, newton), v, &state.tension);
+        }
+        let spent = work.outcome.work > step_work(model.objects().len());
+        if spent || !joining::reached(model, state, work, island, v) {
+            break;
+        }
     }
     let Work { collision, impacts, forces, .. } = work;
     let impacts = &mut impacts.of_objects;

@@ -21,6 +21,7 @@ mod friction_passes;
 mod impacts;
 mod integrate;
 mod island;
+mod joining;
 mod method;
 mod midpoint_correction;
 mod momentum;
@@ -132,6 +133,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
     let mut islands = std::mem::take(&mut scratch.islands);
     let work = &mut scratch.work;
     islands.update(model, &work.collision.contacts);
+    joining::between_islands(model, state, work, &mut islands);
     work.continuous.begin(state);
     work.forces.clear();
     work.impacts.of_objects.resize(model.objects().len(), None);
@@ -142,7 +144,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         work.outcome.penetration_m = work.outcome.penetration_m.max(-point.distance);
     }
     let (mut solved, mut coupled) = (0, 0);
-    for island in islands.list() {
+    for island in islands.list_mut() {
         if let (false, [object]) = (island.hand, island.objects.as_slice())
             && state.sleep[*object].asleep
         {
@@ -151,7 +153,10 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         if scratch.work.outcome.work > step_work(model.objects().len()) {
             break;
         }
-        if !island.hand && island.pairs.is_empty() {
+        if !island.hand
+            && island.pairs.is_empty()
+            && !ballistic::lands(model, state, &mut scratch.work, island)
+        {
             ballistic::fly(model, state, &scratch.work.loads, island.objects[0]);
         } else {
             // Lone objects all have the same ordering: they share the first solver, which stays in the
