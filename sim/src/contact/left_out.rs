@@ -10,11 +10,12 @@
 //! What is hit joins with the full reach, and the island is solved again. Left out is only what presses softly on bodies that are
 //! awake: rebounds are found before a step is solved, and a body wakes before it.
 
-use super::gap::distance;
+use super::gap::{distance, still_separated};
+use super::motion::speed;
 use super::narrow_phase::{Bodies, Contacts, Shapes};
 use super::reach::SHORT_M;
 use crate::anchor::Pair;
-use crate::bounds::{DISTANCE_WORK, POINT_WORK};
+use crate::bounds::DISTANCE_WORK;
 use crate::config::Config;
 use crate::contact::distance_cache::DistanceCache;
 use crate::dynamics::spatial::SpatialVelocity;
@@ -24,14 +25,8 @@ use palmares_models::{Pose, Rotation, Vec3};
 /// Something that a step reaches only with more than its short reach.
 #[derive(Clone, Copy, Debug)]
 pub struct LeftOut {
-    /// The shapes.
-    pub key: (u32, u32),
-    /// Body A.
-    pub a: Owner,
-    /// Body B.
-    pub b: Owner,
-    /// Index of the pair among the near pairs.
-    pub(super) index: usize,
+    /// Index of the pair of shapes among the near pairs.
+    pub index: usize,
     pub(super) what: What,
     /// Whether it has joined.
     pub joined: bool,
@@ -42,15 +37,47 @@ pub struct LeftOut {
 pub(super) enum What {
     /// Everything; a lower bound of their gap, m.
     Shapes(f64),
-    /// A point of a near pair.
-    Point {
-        /// Its place in the world, m.
-        at: Vec3,
-        /// From A to B.
-        normal: Vec3,
-        /// Gap, m.
-        gap: f64,
-    },
+    /// A point of a near pair, by its index.
+    Point(usize),
+}
+
+/// A point that is left out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LeftPoint {
+    /// Its place in the world, m.
+    pub at: Vec3,
+    /// From A to B.
+    pub normal: Vec3,
+    /// Gap, m.
+    pub gap: f64,
+}
+
+/// All that a step leaves out.
+#[derive(Clone, Debug, Default)]
+pub struct LeftOuts {
+    /// In the order of the near pairs.
+    pub list: Vec<LeftOut>,
+    points: Vec<LeftPoint>,
+}
+
+impl LeftOuts {
+    pub(super) fn clear(&mut self) {
+        self.list.clear();
+        self.points.clear();
+    }
+
+    /// Leaves out the shapes of pair `index`, which have at least this gap, m.
+    #[inline]
+    pub(super) fn shapes(&mut self, index: usize, gap: f64) {
+        self.list.push(LeftOut { index, what: What::Shapes(gap), joined: false });
+    }
+
+    /// Leaves out a point of pair `index`.
+    #[inline]
+    pub(super) fn point(&mut self, index: usize, point: LeftPoint) {
+        self.list.push(LeftOut { index, what: What::Point(self.points.len()), joined: false });
+        self.points.push(point);
+    }
 }
 
 /// How the bodies move until the end of a step.
@@ -66,6 +93,8 @@ pub(crate) struct Ends<'a> {
     pub objects: &'a [Pose],
     /// Poses of the shapes at the start.
     pub poses: &'a [Pose],
+    /// Upper bounds of the speed of the shapes' points at the end, m/s, by their odometers; negative where unknown.
+    pub speeds: &'a mut [f64],
 }
 
 impl Ends<'_> {
@@ -82,6 +111,22 @@ impl Ends<'_> {
         }
     }
 
+    /// Upper bound of the speed of any point of a shape, m/s, by its odometer: the frame of that is the base's or the world.
+    fn speed(&mut self, slot: usize) -> f64 {
+        let (known, shapes) = (self.speeds[slot], self.poses.len());
+        if known >= 0.0 {
+            return known;
+        }
+        let shape = &self.model.colliders()[slot % shapes];
+        let at = self.poses[slot % shapes].translation;
+        let mut motion = self.velocity(shape.owner, at);
+        if slot >= shapes {
+            motion = motion - self.velocity(Owner::Link(0), at);
+        }
+        self.speeds[slot] = speed(motion, shape);
+        self.speeds[slot]
+    }
+
     /// Pose of a shape at the end.
     fn pose(&self, shape: usize, owner: Owner, h: f64) -> Pose {
         let pose = &self.poses[shape];
@@ -91,26 +136,36 @@ impl Ends<'_> {
     }
 
     /// Whether something left out is hit. The computing is added to `spent`.
-    pub(crate) fn hit(&self, left: &LeftOut, spent: &mut u64) -> bool {
+    pub(crate) fn hit(
+        &mut self,
+        left: LeftOut,
+        (left_out, distances): (&LeftOuts, &DistanceCache),
+        spent: &mut u64,
+    ) -> bool {
         let h = self.model.config().step_s;
-        *spent += POINT_WORK;
+        let (i, j) = distances.key(left.index);
+        let (a, b) = (&self.model.colliders()[i], &self.model.colliders()[j]);
+        *spent += 1;
         match left.what {
-            What::Point { at, normal, gap } => {
-                let relative = self.velocity(left.b, at).linear - self.velocity(left.a, at).linear;
+            What::Point(k) => {
+                let LeftPoint { at, normal, gap } = left_out.points[k];
+                let relative = self.velocity(b.owner, at).linear - self.velocity(a.owner, at).linear;
                 gap + h * relative.dot(normal) < 0.0
             }
             What::Shapes(gap) => {
-                let (i, j) = (left.key.0 as usize, left.key.1 as usize);
-                let (a, b) = (&self.model.colliders()[i], &self.model.colliders()[j]);
+                let (p, q) = distances.slots(left.index);
+                if gap > h * (self.speed(p) + self.speed(q)) {
+                    return false;
+                }
                 let (bounded, radius) = bounded((i, a), (j, b));
                 let at = self.poses[bounded].translation;
-                let relative = self.velocity(left.b, at) - self.velocity(left.a, at);
+                let relative = self.velocity(b.owner, at) - self.velocity(a.owner, at);
                 if gap > h * (relative.linear.length() + relative.angular.length() * radius) {
                     return false;
                 }
                 *spent += DISTANCE_WORK;
                 let [at_a, at_b] =
-                    [(i, left.a), (j, left.b)].map(|(shape, owner)| self.pose(shape, owner, h));
+                    [(i, a.owner), (j, b.owner)].map(|(shape, owner)| self.pose(shape, owner, h));
                 distance(a, b, &at_a.inv_mul(&at_b)) <= 0.0
             }
         }
@@ -130,30 +185,39 @@ pub(super) fn leaves_out(model: &Model, config: &Config) -> bool {
 }
 
 impl Contacts {
-    /// Lets two shapes join with the full reach of the step: `left` is what was left out of them. The index of their contact, if
-    /// they have one.
+    /// Lets two shapes join with the full reach of the step: something of near pair `index` is left
+    /// out. The index of their contact, if they have one.
     pub(crate) fn join(
         &mut self,
         bodies: &Bodies<'_>,
         shapes: &Shapes<'_>,
         distances: &mut DistanceCache,
         pairs: &mut Vec<Pair>,
-        left: &LeftOut,
+        index: usize,
     ) -> Option<usize> {
         let config = bodies.model.config();
-        let (i, j) = (left.key.0 as usize, left.key.1 as usize);
+        let (i, j) = distances.key(index);
+        let key = (i as u32, j as u32);
         let (a, b) = (&bodies.model.colliders()[i], &bodies.model.colliders()[j]);
-        let reach = bodies.reach((i, a), (j, b), shapes);
-        let place = match pairs.binary_search_by_key(&left.key, |pair| pair.key) {
+        let (p, q) = distances.slots(index);
+        let reach = bodies.reach((i, a), (j, b), shapes.poses, shapes.speeds[p] + shapes.speeds[q]);
+        let place = match pairs.binary_search_by_key(&key, |pair| pair.key) {
             Ok(place) => place,
             Err(place) => {
-                let mut pair = Pair::new(left.key);
                 let a_from_b = shapes.poses[i].inv_mul(&shapes.poses[j]);
+                // The known gap is a lower bound, and no result depends on what is known.
+                if let Some(gap) =
+                    still_separated(None, (&mut *distances, index), (a, b), &a_from_b, reach.reachable)
+                {
+                    distances.set_bound(index, gap);
+                    return None;
+                }
+                let mut pair = Pair::new(key);
                 self.update(config, &mut pair, (a, b), a_from_b, &reach);
                 if pair.manifold.points.is_empty() {
                     return None;
                 }
-                distances.set_bound(left.index, 0.0);
+                distances.set_bound(index, 0.0);
                 pairs.insert(place, pair);
                 for contact in self.pairs.iter_mut().filter(|contact| contact.pair >= place) {
                     contact.pair += 1;

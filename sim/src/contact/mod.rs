@@ -9,6 +9,7 @@ pub mod impact_candidate;
 pub mod impact_sequence;
 pub mod left_out;
 pub mod manifold;
+pub(crate) mod motion;
 pub mod narrow_phase;
 pub(crate) mod pair_points;
 pub(crate) mod reach;

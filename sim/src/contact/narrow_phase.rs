@@ -12,7 +12,7 @@
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
 use super::gap::still_separated;
-use super::left_out::{LeftOut, What, bounded, leaves_out};
+use super::left_out::{LeftOuts, LeftPoint, bounded, leaves_out};
 use super::manifold::Finder;
 use super::pair_points::refresh;
 use super::reach::Reach;
@@ -90,7 +90,7 @@ pub struct Contacts {
     /// Grouped by pair.
     pub points: Vec<ContactPoint>,
     /// What the step may reach all the same.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: LeftOuts,
     /// Limits for the reuse of a cached manifold of flat and of round shapes: cosine of the turn and square
     /// of the distance.
     reuse: Option<[(f64, f64); 2]>,
@@ -129,20 +129,20 @@ impl Bodies<'_> {
         }
     }
 
-    /// The reach of two shapes by their relative speed: what moves together does not approach.
+    /// The reach of two shapes by their relative speed, if it is less than their `speeds` together, m/s.
     #[inline]
     pub(super) fn reach(
         &self,
         (i, a): (usize, &Collider),
         (j, b): (usize, &Collider),
-        shapes: &Shapes<'_>,
+        poses: &[Pose],
+        speeds: f64,
     ) -> Reach {
         let (bounded, radius) = bounded((i, a), (j, b));
-        let at = shapes.poses[bounded].translation;
+        let at = poses[bounded].translation;
         let relative = self.velocity(b.owner, at) - self.velocity(a.owner, at);
         let fastest = relative.linear.length() + relative.angular.length() * radius;
-        let both = shapes.speeds[i] + shapes.speeds[j];
-        Reach::new(self.model.config(), a, b, fastest.min(both))
+        Reach::new(self.model.config(), a, b, fastest.min(speeds))
     }
 
     /// Whether a body may move in this step.
@@ -168,7 +168,7 @@ pub struct Shapes<'a> {
     pub poses: &'a [Pose],
     /// Their bounds, grown by the margin and the motion of a step.
     pub bounds: &'a [Aabb],
-    /// Upper bounds of the speed of their points, m/s.
+    /// Upper bounds of the speed of their points, m/s, in the world and then in the frame of the hand's base.
     pub speeds: &'a [f64],
 }
 
@@ -240,7 +240,9 @@ impl Contacts {
                 distances.deactivate(index);
                 continue;
             }
-            let widest = Reach::new(config, a, b, shapes.speeds[i] + shapes.speeds[j]);
+            let (p, q) = distances.slots(index);
+            let speeds = shapes.speeds[p] + shapes.speeds[q];
+            let widest = Reach::new(config, a, b, speeds);
             let slack = distances.slack(index);
             if slack > widest.reachable {
                 continue;
@@ -249,23 +251,15 @@ impl Contacts {
                 && a.restitution.max(b.restitution) == 0.0
                 && bodies.takes_part(a.owner)
                 && bodies.takes_part(b.owner);
-            let left = |gap: f64| LeftOut {
-                key: (i as u32, j as u32),
-                a: a.owner,
-                b: b.owner,
-                index,
-                what: What::Shapes(gap),
-                joined: false,
-            };
             if may_leave && slack > widest.shortened().reachable {
-                self.left_out.push(left(slack));
+                self.left_out.shapes(index, slack);
                 continue;
             }
-            let full = bodies.reach((i, a), (j, b), shapes);
+            let full = bodies.reach((i, a), (j, b), shapes.poses, speeds);
             let reach = if may_leave { full.shortened() } else { full };
             if slack > reach.reachable {
                 if slack <= full.reachable {
-                    self.left_out.push(left(slack));
+                    self.left_out.shapes(index, slack);
                 }
                 continue;
             }
@@ -287,7 +281,7 @@ impl Contacts {
                     }
                     distances.set_bound(index, gap);
                     if may_leave && gap <= full.reachable {
-                        self.left_out.push(left(gap));
+                        self.left_out.shapes(index, gap);
                     }
                 }
                 Nearness::Near(a_from_b) => {
@@ -370,8 +364,7 @@ impl Contacts {
         let (bounded, radius) = bounded((j, b), (i, a));
         let way = (poses[bounded].translation - origin).length() + radius + reach.margin;
         let fastest = relative.linear.length() + relative.angular.length() * way;
-        let left = near.map(|index| (index, a.owner, b.owner));
-        self.collect(pair, &poses[i], &poses[j], origin, relative, (reach, fastest, config), left);
+        self.collect(pair, &poses[i], &poses[j], origin, relative, (reach, fastest, config), near);
         if self.points.len() > first {
             let friction = pair_friction(a, b);
             self.pairs.push(ContactPair {
@@ -399,7 +392,7 @@ impl Contacts {
         origin: Vec3,
         relative: SpatialVelocity,
         (reach, fastest, config): (&Reach, f64, &Config),
-        left: Option<(usize, Owner, Owner)>,
+        left: Option<usize>,
     ) {
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
             pair.mean = Anchor::default();
@@ -430,9 +423,8 @@ impl Contacts {
             let approach = relative.at(r).dot(normal);
             if reach.is_beyond(config, point.dist, approach) {
                 point.data = Anchor::IDLE;
-                if let Some((index, a, b)) = left {
-                    let what = What::Point { at: r + origin, normal, gap: point.dist };
-                    self.left_out.push(LeftOut { key: pair.key, a, b, index, what, joined: false });
+                if let Some(index) = left {
+                    self.left_out.point(index, LeftPoint { at: r + origin, normal, gap: point.dist });
                 }
                 continue;
             }

@@ -1,6 +1,7 @@
 //! Islands: groups of bodies that press on each other. Each is solved on its own, and an island at rest
 //! sleeps.
 
+use crate::contact::left_out::LeftOut;
 use crate::contact::narrow_phase::Contacts;
 use crate::model::{Model, Owner};
 
@@ -86,20 +87,21 @@ impl Islands {
     }
 
     /// Gives every island what was left out of it; nothing lies between two islands.
-    pub fn distribute(&mut self, contacts: &Contacts) {
+    pub fn distribute(&mut self, left_out: &[LeftOut], owners: impl Fn(&LeftOut) -> [Owner; 2]) {
         for island in &mut self.islands[..self.len] {
             island.left_out.clear();
         }
-        for (k, left) in contacts.left_out.iter().enumerate() {
+        for (k, left) in left_out.iter().enumerate() {
             if !left.joined {
-                let island = self.of_pair(left.a, left.b);
+                let [a, b] = owners(left);
+                let island = self.of_pair(a, b);
                 self.islands[island].left_out.push(k);
             }
         }
     }
 
     /// Whether two bodies are in different islands.
-    pub fn separates(&mut self, a: Owner, b: Owner) -> bool {
+    pub fn separates(&mut self, [a, b]: [Owner; 2]) -> bool {
         match (node(a), node(b)) {
             (Some(a), Some(b)) => self.root(a) != self.root(b),
             _ => false,
