@@ -111,14 +111,15 @@ fn update_shapes(
         bounds.resize(model.colliders().len(), Aabb::new_invalid());
     }
     let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
-    motion.begin(model.colliders().len(), model.hand().is_some(), fresh);
+    motion.begin(model.colliders().len(), &bodies);
     for (i, collider) in model.colliders().iter().enumerate() {
         let pose = match collider.owner {
             // Furniture has not moved.
             Owner::Static if !fresh => continue,
             // Neither has an object that slept through the last step.
             Owner::Object(k) if !fresh && state.sleep[k].asleep && asleep.get(k) == Some(&true) => {
-                motion.seen_from_base(&bodies, (i, collider), &poses[i]);
+                motion.rests(i);
+                motion.moves_by_base(&bodies, (i, collider), &poses[i], &poses[i]);
                 continue;
             }
             Owner::Static => collider.body_from_shape,
@@ -127,7 +128,7 @@ fn update_shapes(
         };
         if collider.owner != Owner::Static {
             motion.moves(&bodies, (i, collider), &poses[i], &pose);
-            motion.seen_from_base(&bodies, (i, collider), &pose);
+            motion.moves_by_base(&bodies, (i, collider), &poses[i], &pose);
         }
         bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * motion.speeds[i]);
         poses[i] = pose;

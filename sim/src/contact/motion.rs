@@ -6,13 +6,16 @@
 //!
 //! A point at r of a shape that goes from a pose (x₀, R₀) to (x₁, R₁) moves by `|x₁ − x₀ + (R₁ − R₀) r|`, at most
 //! `|x₁ − x₀| + 2 sin(θ/2) |r|` with the angle θ of the turn: a chord. The unit quaternions q₀, q₁ of the poses, in the same
-//! hemisphere, give `2 sin(θ/2) ≤ 4 sin(θ/4) = 2 |q₁ − q₀|`. This holds for the relative poses in the base's frame as well, and
-//! whatever lies between the two poses: it is no estimate from velocities, so that a base that turns needs no term of second order.
+//! hemisphere, give `2 sin(θ/2) ≤ 4 sin(θ/4) = 2 |q₁ − q₀|`. And `a + b ≤ √(2 (a² + b²))`, with one root.
+//!
+//! As seen from a base that goes from B₀ to B₁, a shape goes from `B₁ B₀⁻¹` times its old pose, where the base would have carried it,
+//! to its new one. The bound holds whatever lies between the two poses: it is no estimate from velocities, so that a base that turns
+//! needs no term of second order.
 
 use super::narrow_phase::Bodies;
 use crate::dynamics::spatial::SpatialVelocity;
-use crate::model::{Collider, Owner};
-use palmares_models::Pose;
+use crate::model::Collider;
+use palmares_models::{Pose, Vec3};
 
 /// Ways and speeds of all shapes; first in the world and then, if there is a hand, in the frame of its base.
 #[derive(Clone, Debug, Default)]
@@ -21,17 +24,22 @@ pub(crate) struct Motion {
     pub speeds: Vec<f64>,
     /// Largest distance that any point of each shape has moved in the last step, m.
     pub ways: Vec<f64>,
-    /// Poses in the frame of the base.
-    from_base: Vec<Pose>,
+    /// Pose of the base at the start of the step.
+    base: Pose,
+    /// What carries a shape along with the base, from its last pose to the present one; none if the base rests.
+    carry: Option<Pose>,
+    /// Velocity of the base, about its origin; none if it is zero.
+    base_velocity: Option<SpatialVelocity>,
 }
 
 /// Upper bound of the way of any point of a shape of this radius, m, from one pose to another.
 #[inline]
 pub(super) fn way(from: &Pose, to: &Pose, radius: f64) -> f64 {
     let (p, q) = (from.rotation, to.rotation);
-    let turn = (q - p).length_squared().min((q + p).length_squared()).sqrt();
+    let turn = (q - p).length_squared().min((q + p).length_squared());
+    let squared = from.translation.distance_squared(to.translation) + 4.0 * turn * radius * radius;
     // The factor covers rounding.
-    1.000_001 * (from.translation.distance(to.translation) + 2.0 * turn * radius)
+    1.000_001 * (2.0 * squared).sqrt()
 }
 
 /// Upper bound of the speed of any point of a shape with this velocity about its origin, m/s.
@@ -41,20 +49,29 @@ pub(super) fn speed(motion: SpatialVelocity, shape: &Collider) -> f64 {
 }
 
 impl Motion {
-    /// Prepares for `shapes`; `framed` if a hand has a frame of its own. Ways are unknown if the shapes are `fresh`.
-    pub(super) fn begin(&mut self, shapes: usize, framed: bool, fresh: bool) {
-        let count = if framed { 2 * shapes } else { shapes };
-        self.speeds.clear();
+    /// Prepares for `shapes` and the base of a hand, if there is one.
+    pub(super) fn begin(&mut self, shapes: usize, bodies: &Bodies<'_>) {
+        let hand = bodies.model.hand().is_some();
+        let count = if hand { 2 * shapes } else { shapes };
         self.speeds.resize(count, 0.0);
-        self.ways.clear();
         self.ways.resize(count, 0.0);
-        if fresh {
-            self.from_base.clear();
+        if hand {
+            let dynamics = bodies.dynamics;
+            let (before, now) = (self.base, dynamics.kin.pose[0]);
+            self.carry = (now != before).then(|| now * before.inverse());
+            self.base = now;
+            let velocity = dynamics.recursion.velocity[0];
+            let rests = velocity.linear == Vec3::ZERO && velocity.angular == Vec3::ZERO;
+            self.base_velocity = (!rests).then_some(velocity);
         }
-        self.from_base.resize(count - shapes, Pose::IDENTITY);
     }
 
-    /// A body's shape moves in the world from pose `from` to `to`.
+    /// A shape rests in the world.
+    pub(super) fn rests(&mut self, i: usize) {
+        (self.ways[i], self.speeds[i]) = (0.0, 0.0);
+    }
+
+    /// A body's shape goes in the world from pose `from` to `to`.
     pub(super) fn moves(
         &mut self,
         bodies: &Bodies<'_>,
@@ -66,30 +83,38 @@ impl Motion {
         self.speeds[i] = speed(bodies.velocity(shape.owner, to.translation), shape);
     }
 
-    /// A body's shape is at `pose` in the world, which may move as seen from the base.
-    pub(super) fn seen_from_base(
+    /// The same as seen from the base.
+    pub(super) fn moves_by_base(
         &mut self,
         bodies: &Bodies<'_>,
         (i, shape): (usize, &Collider),
-        pose: &Pose,
+        from: &Pose,
+        to: &Pose,
     ) {
-        let Some(before) = self.from_base.get_mut(i) else { return };
-        let (kin, at) = (&bodies.dynamics.kin, pose.translation);
-        let now = kin.pose[0].inv_mul(pose);
         let slot = self.speeds.len() / 2 + i;
-        self.ways[slot] = way(before, &now, shape.bounding_radius);
-        *before = now;
-        let relative = bodies.velocity(shape.owner, at) - bodies.velocity(Owner::Link(0), at);
-        self.speeds[slot] = speed(relative, shape);
+        if bodies.model.hand().is_none() {
+            return;
+        }
+        self.ways[slot] = match self.carry {
+            None => self.ways[i],
+            Some(carry) => way(&(carry * *from), to, shape.bounding_radius),
+        };
+        self.speeds[slot] = match self.base_velocity {
+            None => self.speeds[i],
+            Some(base) => {
+                let (own, at) = (bodies.velocity(shape.owner, to.translation), to.translation);
+                speed(own - base.moved(at - bodies.dynamics.kin.origin), shape)
+            }
+        };
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use palmares_models::{Rotation, Vec3};
+    use palmares_models::Rotation;
 
-    /// The bound holds for the point that moves farthest, and is at most the arc.
+    /// The bound holds for the point that moves farthest, and is at most √2 times its way and arc.
     #[test]
     fn no_point_moves_farther_than_the_bound() {
         for k in 0..200 {

@@ -10,7 +10,7 @@ use crate::model::{Collider, Owner};
 
 /// Way from rest of the short reach, m: what an acceleration of 60 m/s² adds in 4 ms. What is farther off and is touched all the
 /// same costs a second solve, what is nearer is solved for nothing. A step whose whole way from rest is shorter has no short reach.
-pub(super) const SHORT_M: f64 = 1e-3;
+pub(crate) const SHORT_M: f64 = 1e-3;
 
 /// Gaps of two shapes that matter in a step, m.
 #[derive(Clone, Copy, Debug)]

@@ -99,7 +99,7 @@ fn lands(
     let History { now, way, .. } = history;
     way.clear();
     way.extend(v.iter().zip(&now.v).map(|(after, before)| (1.0 - AHEAD) * after + AHEAD * before));
-    joining::reaches(model, state, work, island, way)
+    joining::hand_reaches(model, state, work, island, way, &now.v)
 }
 
 /// Whether the hand comes to rest.

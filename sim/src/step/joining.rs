@@ -8,10 +8,12 @@ use super::work::Work;
 use crate::contact::collide::Collision;
 use crate::contact::left_out::{Ends, LeftOut};
 use crate::contact::narrow_phase::{Bodies, Shapes};
+use crate::contact::reach::SHORT_M;
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Model, Owner};
 use crate::solver::island::{Island, Islands};
 use crate::state::State;
+use palmares_models::Vec3;
 
 /// Scratch memory of the comparison.
 #[derive(Default)]
@@ -20,6 +22,8 @@ pub(crate) struct Joining {
     v: Vec<f64>,
     /// Velocities of the links with it.
     links: Vec<SpatialVelocity>,
+    /// Per link: bound of the change of its speed.
+    changes: Vec<f64>,
     /// Bounds of the speeds of the shapes with it.
     speeds: Vec<f64>,
     /// Entries of the list that are hit.
@@ -61,7 +65,7 @@ pub(super) fn reached(
     island: &mut Island,
     v: &[f64],
 ) -> bool {
-    find_hit(model, state, work, island, v);
+    find_hit(model, state, work, island, v, &state.v);
     let hit = std::mem::take(&mut work.joining.hit);
     let mut any = false;
     for &k in &hit {
@@ -80,20 +84,74 @@ pub(super) fn reached(
     any
 }
 
-/// Whether an island reaches something with the velocities `v` at the end of the step.
-pub(super) fn reaches(model: &Model, state: &State, work: &mut Work, island: &Island, v: &[f64]) -> bool {
-    find_hit(model, state, work, island, v);
+/// Whether the hand alone reaches something with the velocities `v` at the end of the step and `start` at its start.
+pub(super) fn hand_reaches(
+    model: &Model,
+    state: &State,
+    work: &mut Work,
+    island: &Island,
+    v: &[f64],
+    start: &[f64],
+) -> bool {
+    find_hit(model, state, work, island, v, start);
     !work.joining.hit.is_empty()
 }
 
+/// Upper bound of the change of the speed of any point of the hand, m/s, between two of its velocities.
+fn change_of_hand(model: &Model, work: &mut Work, v: &[f64], start: &[f64]) -> f64 {
+    let (Some(hand), Work { collision, dynamics, joining, .. }) = (model.hand(), work) else { return 0.0 };
+    let kin = &dynamics.kin;
+    let (mut squared, mut radius) = (0.0_f64, 0.0_f64);
+    for (shape, pose) in model.colliders().iter().zip(&collision.poses) {
+        if matches!(shape.owner, Owner::Link(_)) {
+            squared = squared.max(pose.translation.distance_squared(kin.origin));
+            radius = radius.max(shape.bounding_radius);
+        }
+    }
+    let size = squared.sqrt() + radius;
+    let length = |x: Vec3| x.abs().element_sum();
+    let change = |k: usize| v[k] - start[k];
+    let [linear, angular] = [0, 3].map(|k| Vec3::new(change(k), change(k + 1), change(k + 2)));
+    let changes = &mut joining.changes;
+    changes.clear();
+    changes.push(length(linear) + size * length(angular));
+    let mut most = changes[0];
+    for (link, screw) in hand.links.iter().zip(&kin.screw).skip(1) {
+        let own = match &link.joint {
+            Some(joint) => {
+                change(6 + joint.coordinate).abs() * (length(screw.linear) + size * length(screw.angular))
+            }
+            None => 0.0,
+        };
+        let sum = link.parent.map_or(0.0, |parent| changes[parent]) + own;
+        changes.push(sum);
+        most = most.max(sum);
+    }
+    most
+}
+
+/// Upper bound of the change of the speed of any point of an island, m/s, from the velocities `start` of all bodies to its own `v`.
+fn change(model: &Model, work: &mut Work, island: &Island, v: &[f64], start: &[f64]) -> f64 {
+    let mut at = if island.hand { model.hand_dofs() } else { 0 };
+    let mut most = if island.hand { change_of_hand(model, work, v, start) } else { 0.0 };
+    for &k in &island.objects {
+        let (own, before) = (&v[at..at + 6], &start[model.object_dofs(k)..][..6]);
+        let size = |of: std::ops::Range<usize>| of.map(|i| (own[i] - before[i]).powi(2)).sum::<f64>().sqrt();
+        most = most.max(size(0..3) + size(3..6) * model.object_radius(k));
+        at += 6;
+    }
+    most
+}
+
 /// Lists what an island hits of what was left out of it.
-fn find_hit(model: &Model, state: &State, work: &mut Work, island: &Island, v: &[f64]) {
-    let Work { joining, collision, dynamics, outcome, .. } = work;
-    let Joining { v: ends, links, speeds, hit } = joining;
-    hit.clear();
-    if island.left_out.is_empty() {
+fn find_hit(model: &Model, state: &State, work: &mut Work, island: &Island, v: &[f64], start: &[f64]) {
+    work.joining.hit.clear();
+    let h = model.config().step_s;
+    if island.left_out.is_empty() || 2.0 * h * change(model, work, island, v, start) <= SHORT_M {
         return;
     }
+    let Work { joining, collision, dynamics, outcome, .. } = work;
+    let Joining { v: ends, links, speeds, hit, .. } = joining;
     ends.resize(state.v.len(), 0.0);
     let mut at = 0;
     if let (true, Some(hand)) = (island.hand, model.hand()) {
