@@ -127,7 +127,7 @@ fn update_shapes(
             Owner::Object(k) => state.objects[k] * collider.body_from_shape,
         };
         if collider.owner != Owner::Static {
-            motion.moves(&bodies, (i, collider), &poses[i], &pose);
+            motion.moves(&bodies, (i, collider), &pose);
             motion.moves_by_base(&bodies, (i, collider), &poses[i], &pose);
         }
         bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * motion.speeds[i]);

@@ -190,6 +190,7 @@ pub(super) fn leaves_out(model: &Model, config: &Config) -> bool {
 impl Contacts {
     /// Lets two shapes join with the full reach of the step: something of near pair `index` is left
     /// out. The index of their contact, if they have one.
+    #[cold]
     pub(crate) fn join(
         &mut self,
         bodies: &Bodies<'_>,

@@ -14,8 +14,8 @@
 
 use super::narrow_phase::Bodies;
 use crate::dynamics::spatial::SpatialVelocity;
-use crate::model::Collider;
-use palmares_models::{Pose, Vec3};
+use crate::model::{Collider, Owner};
+use palmares_models::Pose;
 
 /// Ways and speeds of all shapes; first in the world and then, if there is a hand, in the frame of its base.
 #[derive(Clone, Debug, Default)]
@@ -26,10 +26,25 @@ pub(crate) struct Motion {
     pub ways: Vec<f64>,
     /// Pose of the base at the start of the step.
     base: Pose,
-    /// What carries a shape along with the base, from its last pose to the present one; none if the base rests.
-    carry: Option<Pose>,
-    /// Velocity of the base, about its origin; none if it is zero.
-    base_velocity: Option<SpatialVelocity>,
+    frame: Frame,
+}
+
+/// Speed of a base, m/s and rad/s, below which bounds in the world's frame, with its motion added, are good enough in its own.
+const SLOW: [f64; 2] = [0.01, 0.05];
+
+/// The frame of the base.
+#[derive(Clone, Copy, Debug)]
+enum Frame {
+    /// It hardly moves: its way and turn in the last step, m and rad, and its speeds.
+    Slow { ways: [f64; 2], speeds: [f64; 2] },
+    /// What carries a shape along with it, from its last pose to the present one, and its velocity.
+    Moving { carry: Pose, velocity: SpatialVelocity },
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Frame::Slow { ways: [0.0; 2], speeds: [0.0; 2] }
+    }
 }
 
 /// Upper bound of the way of any point of a shape of this radius, m, from one pose to another.
@@ -58,11 +73,20 @@ impl Motion {
         if hand {
             let dynamics = bodies.dynamics;
             let (before, now) = (self.base, dynamics.kin.pose[0]);
-            self.carry = (now != before).then(|| now * before.inverse());
             self.base = now;
             let velocity = dynamics.recursion.velocity[0];
-            let rests = velocity.linear == Vec3::ZERO && velocity.angular == Vec3::ZERO;
-            self.base_velocity = (!rests).then_some(velocity);
+            let speeds = [velocity.linear.length(), velocity.angular.length()];
+            let h = bodies.model.config().step_s;
+            let ways = [
+                way(&before, &Pose { rotation: before.rotation, ..now }, 0.0),
+                way(&Pose::from_parts(now.translation, before.rotation), &now, 1.0),
+            ];
+            let slow = (0..2).all(|k| ways[k] <= h * SLOW[k] && speeds[k] <= SLOW[k]);
+            self.frame = if slow {
+                Frame::Slow { ways, speeds }
+            } else {
+                Frame::Moving { carry: now * before.inverse(), velocity }
+            };
         }
     }
 
@@ -71,19 +95,23 @@ impl Motion {
         (self.ways[i], self.speeds[i]) = (0.0, 0.0);
     }
 
-    /// A body's shape goes in the world from pose `from` to `to`.
-    pub(super) fn moves(
-        &mut self,
-        bodies: &Bodies<'_>,
-        (i, shape): (usize, &Collider),
-        from: &Pose,
-        to: &Pose,
-    ) {
-        self.ways[i] = way(from, to, shape.bounding_radius);
-        self.speeds[i] = speed(bodies.velocity(shape.owner, to.translation), shape);
+    /// A body's shape comes to a pose in the world. No point of it moved faster than the faster of its two speeds, apart from gravity
+    /// on a ballistic path and rounding.
+    #[inline(always)]
+    pub(super) fn moves(&mut self, bodies: &Bodies<'_>, (i, shape): (usize, &Collider), to: &Pose) {
+        let config = bodies.model.config();
+        let (h, before) = (config.step_s, self.speeds[i]);
+        let now = speed(bodies.velocity(shape.owner, to.translation), shape);
+        let faster = now.max(before);
+        let own = if faster > 0.0 { 1.01 * h * faster + config.gravity.length() * h * h } else { 0.0 };
+        // The step of a hand starts with a third of its last displacement (BDF2).
+        let linked = matches!(shape.owner, Owner::Link(_));
+        self.ways[i] = if linked { own.max((self.ways[i] + 2.0 * own) / 3.0) } else { own };
+        self.speeds[i] = now;
     }
 
     /// The same as seen from the base.
+    #[inline(always)]
     pub(super) fn moves_by_base(
         &mut self,
         bodies: &Bodies<'_>,
@@ -95,24 +123,29 @@ impl Motion {
         if bodies.model.hand().is_none() {
             return;
         }
-        self.ways[slot] = match self.carry {
-            None => self.ways[i],
-            Some(carry) => way(&(carry * *from), to, shape.bounding_radius),
-        };
-        self.speeds[slot] = match self.base_velocity {
-            None => self.speeds[i],
-            Some(base) => {
-                let (own, at) = (bodies.velocity(shape.owner, to.translation), to.translation);
-                speed(own - base.moved(at - bodies.dynamics.kin.origin), shape)
+        match self.frame {
+            Frame::Slow { ways, speeds } => {
+                let far =
+                    (to.translation - self.base.translation).abs().element_sum() + shape.bounding_radius;
+                // The turn carries a point from where it was: farther off by no more than what both have moved.
+                self.ways[slot] = self.ways[i] + ways[0] + ways[1] * (far + self.ways[i] + ways[0]);
+                self.speeds[slot] = self.speeds[i] + speeds[0] + speeds[1] * far;
             }
-        };
+            Frame::Moving { carry, velocity } => {
+                let at = to.translation;
+                let relative =
+                    bodies.velocity(shape.owner, at) - velocity.moved(at - bodies.dynamics.kin.origin);
+                self.ways[slot] = way(&(carry * *from), to, shape.bounding_radius);
+                self.speeds[slot] = speed(relative, shape);
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use palmares_models::Rotation;
+    use palmares_models::{Rotation, Vec3};
 
     /// The bound holds for the point that moves farthest, and is at most √2 times its way and arc.
     #[test]

@@ -97,6 +97,9 @@ pub struct Contacts {
     finder: Finder,
 }
 
+/// Part of the way from rest below which the way of the present speeds hardly matters.
+const SLOW: f64 = 0.1;
+
 /// The bodies of a world and how they move.
 pub struct Bodies<'a> {
     /// Model of the world.
@@ -129,8 +132,8 @@ impl Bodies<'_> {
         }
     }
 
-    /// The reach of two shapes by their relative speed, if it is less than their `speeds` together, m/s.
-    #[inline]
+    /// The reach of two shapes by their relative speed, if it is less than their `speeds` together, m/s, and these matter.
+    #[inline(always)]
     pub(super) fn reach(
         &self,
         (i, a): (usize, &Collider),
@@ -138,11 +141,16 @@ impl Bodies<'_> {
         poses: &[Pose],
         speeds: f64,
     ) -> Reach {
+        let config = self.model.config();
+        let widest = Reach::new(config, a, b, speeds);
+        if widest.approach < SLOW * widest.from_rest {
+            return widest;
+        }
         let (bounded, radius) = bounded((i, a), (j, b));
         let at = poses[bounded].translation;
         let relative = self.velocity(b.owner, at) - self.velocity(a.owner, at);
         let fastest = relative.linear.length() + relative.angular.length() * radius;
-        Reach::new(self.model.config(), a, b, fastest.min(speeds))
+        Reach::new(config, a, b, fastest.min(speeds))
     }
 
     /// Whether a body may move in this step.
@@ -313,7 +321,7 @@ impl Contacts {
     }
 
     /// Updates the points of a pair, and the overlap that counts as touching; returns the computing.
-    #[inline]
+    #[inline(always)]
     pub(super) fn update(
         &mut self,
         config: &Config,
@@ -343,7 +351,7 @@ impl Contacts {
 
     /// Adds the contact of a pair that is `place`-th in the state, if one of its points can touch in this step; returns the computing.
     /// What is beyond the reach of a near pair that is not solved in full is listed as left out.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add(
         &mut self,
         bodies: &Bodies<'_>,
@@ -384,6 +392,7 @@ impl Contacts {
     }
 
     /// Collects the points that can touch in this step.
+    #[inline(always)]
     fn collect(
         &mut self,
         pair: &mut Pair,
