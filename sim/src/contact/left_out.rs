@@ -157,19 +157,22 @@ impl Ends<'_> {
             }
             What::Shapes(gap) => {
                 let (p, q) = distances.slots(left.index);
-                if gap > h * (self.speed(p) + self.speed(q)) {
+                let sum = h * (self.speed(p) + self.speed(q));
+                if gap > sum {
                     return false;
                 }
                 let (bounded, radius) = bounded((i, a), (j, b));
                 let at = self.poses[bounded].translation;
                 let relative = self.velocity(b.owner, at) - self.velocity(a.owner, at);
-                if gap > h * (relative.linear.length() + relative.angular.length() * radius) {
+                let most = sum.min(h * (relative.linear.length() + relative.angular.length() * radius));
+                if gap > most {
                     return false;
                 }
                 *spent += DISTANCE_WORK;
-                let [at_a, at_b] =
-                    [(i, a.owner), (j, b.owner)].map(|(shape, owner)| self.pose(shape, owner, h));
-                distance(a, b, &at_a.inv_mul(&at_b)) <= 0.0
+                let ends = [(i, a.owner), (j, b.owner)].map(|(shape, owner)| self.pose(shape, owner, h));
+                // The gap is a known bound, and no result depends on what is known: the true one decides.
+                distance(a, b, &ends[0].inv_mul(&ends[1])) <= 0.0
+                    && distance(a, b, &self.poses[i].inv_mul(&self.poses[j])) <= most
             }
         }
     }

@@ -24,6 +24,9 @@ pub(crate) struct Motion {
     pub speeds: Vec<f64>,
     /// Largest distance that any point of each shape has moved in the last step, m.
     pub ways: Vec<f64>,
+    step_s: f64,
+    /// Twice the way of a fall from rest in a step, m.
+    fall: f64,
     /// Pose of the base at the start of the step.
     base: Pose,
     frame: Frame,
@@ -32,19 +35,17 @@ pub(crate) struct Motion {
 /// Speed of a base, m/s and rad/s, below which bounds in the world's frame, with its motion added, are good enough in its own.
 const SLOW: [f64; 2] = [0.01, 0.05];
 
-/// The frame of the base.
-#[derive(Clone, Copy, Debug)]
-enum Frame {
-    /// It hardly moves: its way and turn in the last step, m and rad, and its speeds.
-    Slow { ways: [f64; 2], speeds: [f64; 2] },
-    /// What carries a shape along with it, from its last pose to the present one, and its velocity.
-    Moving { carry: Pose, velocity: SpatialVelocity },
-}
-
-impl Default for Frame {
-    fn default() -> Self {
-        Frame::Slow { ways: [0.0; 2], speeds: [0.0; 2] }
-    }
+/// The frame of the base. Speeds follow from the state alone, since the reach of a step does; ways do not.
+#[derive(Clone, Copy, Debug, Default)]
+struct Frame {
+    /// Way and turn of the base in the last step, m and rad.
+    ways: [f64; 2],
+    /// Its speeds, m/s and rad/s.
+    speeds: [f64; 2],
+    /// What carries a shape along with it, from the last pose to the present one, unless it hardly moved.
+    carry: Option<Pose>,
+    /// Its velocity, unless it hardly moves.
+    velocity: Option<SpatialVelocity>,
 }
 
 /// Upper bound of the way of any point of a shape of this radius, m, from one pose to another.
@@ -68,6 +69,9 @@ impl Motion {
     pub(super) fn begin(&mut self, shapes: usize, bodies: &Bodies<'_>) {
         let hand = bodies.model.hand().is_some();
         let count = if hand { 2 * shapes } else { shapes };
+        let config = bodies.model.config();
+        self.step_s = config.step_s;
+        self.fall = config.gravity.length() * config.step_s * config.step_s;
         self.speeds.resize(count, 0.0);
         self.ways.resize(count, 0.0);
         if hand {
@@ -76,16 +80,18 @@ impl Motion {
             self.base = now;
             let velocity = dynamics.recursion.velocity[0];
             let speeds = [velocity.linear.length(), velocity.angular.length()];
-            let h = bodies.model.config().step_s;
+            let h = self.step_s;
             let ways = [
                 way(&before, &Pose { rotation: before.rotation, ..now }, 0.0),
                 way(&Pose::from_parts(now.translation, before.rotation), &now, 1.0),
             ];
-            let slow = (0..2).all(|k| ways[k] <= h * SLOW[k] && speeds[k] <= SLOW[k]);
-            self.frame = if slow {
-                Frame::Slow { ways, speeds }
-            } else {
-                Frame::Moving { carry: now * before.inverse(), velocity }
+            let slow_way = (0..2).all(|k| ways[k] <= h * SLOW[k]);
+            let slow = (0..2).all(|k| speeds[k] <= SLOW[k]);
+            self.frame = Frame {
+                ways,
+                speeds,
+                carry: (!slow_way).then(|| now * before.inverse()),
+                velocity: (!slow).then_some(velocity),
             };
         }
     }
@@ -99,11 +105,10 @@ impl Motion {
     /// on a ballistic path and rounding.
     #[inline(always)]
     pub(super) fn moves(&mut self, bodies: &Bodies<'_>, (i, shape): (usize, &Collider), to: &Pose) {
-        let config = bodies.model.config();
-        let (h, before) = (config.step_s, self.speeds[i]);
+        let before = self.speeds[i];
         let now = speed(bodies.velocity(shape.owner, to.translation), shape);
         let faster = now.max(before);
-        let own = if faster > 0.0 { 1.01 * h * faster + config.gravity.length() * h * h } else { 0.0 };
+        let own = if faster > 0.0 { 1.01 * self.step_s * faster + self.fall } else { 0.0 };
         // The step of a hand starts with a third of its last displacement (BDF2).
         let linked = matches!(shape.owner, Owner::Link(_));
         self.ways[i] = if linked { own.max((self.ways[i] + 2.0 * own) / 3.0) } else { own };
@@ -123,22 +128,20 @@ impl Motion {
         if bodies.model.hand().is_none() {
             return;
         }
-        match self.frame {
-            Frame::Slow { ways, speeds } => {
-                let far =
-                    (to.translation - self.base.translation).abs().element_sum() + shape.bounding_radius;
-                // The turn carries a point from where it was: farther off by no more than what both have moved.
-                self.ways[slot] = self.ways[i] + ways[0] + ways[1] * (far + self.ways[i] + ways[0]);
-                self.speeds[slot] = self.speeds[i] + speeds[0] + speeds[1] * far;
+        let Frame { ways, speeds, carry, velocity } = &self.frame;
+        let far = (to.translation - self.base.translation).abs().element_sum() + shape.bounding_radius;
+        self.ways[slot] = match carry {
+            Some(carry) => way(&(*carry * *from), to, shape.bounding_radius),
+            // The turn carries a point from where it was: farther off by no more than what both have moved.
+            None => self.ways[i] + ways[0] + ways[1] * (far + self.ways[i] + ways[0]),
+        };
+        self.speeds[slot] = match velocity {
+            Some(base) => {
+                let (own, at) = (bodies.velocity(shape.owner, to.translation), to.translation);
+                speed(own - base.moved(at - bodies.dynamics.kin.origin), shape)
             }
-            Frame::Moving { carry, velocity } => {
-                let at = to.translation;
-                let relative =
-                    bodies.velocity(shape.owner, at) - velocity.moved(at - bodies.dynamics.kin.origin);
-                self.ways[slot] = way(&(carry * *from), to, shape.bounding_radius);
-                self.speeds[slot] = speed(relative, shape);
-            }
-        }
+            None => self.speeds[i] + speeds[0] + speeds[1] * far,
+        };
     }
 }
 

@@ -97,6 +97,12 @@ pub struct Contacts {
     finder: Finder,
 }
 
+/// Whether two shapes belong to links.
+#[inline]
+fn within_hand(a: &Collider, b: &Collider) -> bool {
+    matches!((a.owner, b.owner), (Owner::Link(_), Owner::Link(_)))
+}
+
 /// Part of the way from rest below which the way of the present speeds hardly matters.
 const SLOW: f64 = 0.1;
 
@@ -142,7 +148,7 @@ impl Bodies<'_> {
         speeds: f64,
     ) -> Reach {
         let config = self.model.config();
-        let widest = Reach::new(config, a, b, speeds);
+        let widest = Reach::new(config, within_hand(a, b), speeds);
         if widest.approach < SLOW * widest.from_rest {
             return widest;
         }
@@ -150,7 +156,7 @@ impl Bodies<'_> {
         let at = poses[bounded].translation;
         let relative = self.velocity(b.owner, at) - self.velocity(a.owner, at);
         let fastest = relative.linear.length() + relative.angular.length() * radius;
-        Reach::new(config, a, b, fastest.min(speeds))
+        Reach::new(config, within_hand(a, b), fastest.min(speeds))
     }
 
     /// Whether a body may move in this step.
@@ -250,7 +256,7 @@ impl Contacts {
             }
             let (p, q) = distances.slots(index);
             let speeds = shapes.speeds[p] + shapes.speeds[q];
-            let widest = Reach::new(config, a, b, speeds);
+            let widest = Reach::new(config, within_hand(a, b), speeds);
             let slack = distances.slack(index);
             if slack > widest.reachable {
                 continue;

@@ -6,7 +6,6 @@
 //! between both ([`super::left_out`]).
 
 use crate::config::Config;
-use crate::model::{Collider, Owner};
 
 /// Way from rest of the short reach, m: what an acceleration of 60 m/s² adds in 4 ms. What is farther off and is touched all the
 /// same costs a second solve, what is nearer is solved for nothing. A step whose whole way from rest is shorter has no short reach.
@@ -28,10 +27,9 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// The reach of two shapes whose points have at most these speeds, m/s.
+    /// The reach of two shapes whose points have together at most these `speeds`, m/s; `within_hand` if both are links.
     #[inline]
-    pub(super) fn new(config: &Config, a: &Collider, b: &Collider, speeds: f64) -> Self {
-        let within_hand = matches!((a.owner, b.owner), (Owner::Link(_), Owner::Link(_)));
+    pub(super) fn new(config: &Config, within_hand: bool, speeds: f64) -> Self {
         let approach = config.step_s * speeds;
         let from_rest = config.from_rest(within_hand);
         let margin = config.margin(within_hand) + approach;
@@ -65,17 +63,30 @@ mod tests {
     #[test]
     fn a_gap_counts_up_to_twice_the_approach_and_the_way_from_rest() {
         let config = Config::with_step(1e-3);
-        let still = Reach::new(&config, false, 0.0, 0.0);
+        let still = Reach::new(&config, false, 0.0);
         assert_eq!((still.approach, still.reachable), (0.0, still.from_rest));
         assert!(still.margin > still.reachable, "points are found before they can touch");
         let way = still.from_rest;
         assert!(!still.is_beyond(&config, way, 0.0) && still.is_beyond(&config, 1.01 * way, 0.0));
         // At 2 m/s and 1 m/s towards each other, 3 mm in a step.
-        let fast = Reach::new(&config, false, 2.0, 1.0);
+        let fast = Reach::new(&config, false, 3.0);
         assert_eq!(fast.approach, 3e-3);
         let beyond = [0.99, 1.01].map(|part| fast.is_beyond(&config, part * (way + 6e-3), -3.0));
         assert_eq!(beyond, [false, true]);
         // No point that may touch is beyond the bound of its pair.
         assert!(fast.beyond(&config, 3.0) > way + 6e-3);
+    }
+
+    /// A long step has a short reach with the same margin; a short step has none of its own.
+    #[test]
+    fn the_short_reach_is_a_millimetre_and_the_approach() {
+        let coarse = Config::with_step(4e-3);
+        let full = Reach::new(&coarse, false, 0.25);
+        let short = full.shortened();
+        assert_eq!((full.reachable, short.reachable), (4e-3 + 2e-3, SHORT_M + 1e-3));
+        assert_eq!(short.margin, full.margin);
+        assert!(short.is_beyond(&coarse, 2.1e-3, -0.25) && !full.is_beyond(&coarse, 2.1e-3, -0.25));
+        let fine = Reach::new(&Config::with_step(5e-4), false, 0.0);
+        assert_eq!(fine.shortened().reachable, fine.reachable);
     }
 }
