@@ -100,11 +100,15 @@ impl Islands {
         }
     }
 
-    /// Whether two bodies are in different islands.
-    pub fn separates(&mut self, [a, b]: [Owner; 2]) -> bool {
+    /// Whether something between these bodies cannot wait for the solution of an island: it lies between two, or the island is a
+    /// lone object.
+    pub fn cannot_wait(&mut self, [a, b]: [Owner; 2]) -> bool {
         match (node(a), node(b)) {
             (Some(a), Some(b)) => self.root(a) != self.root(b),
-            _ => false,
+            _ => {
+                let island = self.of_pair(a, b);
+                self.islands[island].is_lone_object()
+            }
         }
     }
 

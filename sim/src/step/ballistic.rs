@@ -1,25 +1,10 @@
 //! Free flight of an object without contact: `x₁ = x₀ + (v₀ + v₁) h/2`, `v₁ = v₀ + h (g + f/m)`, exact under
 //! a constant force; [`super::torque_free`] gives its rotation.
 
-use super::joining;
 use super::torque_free::{omega_at, torque_free};
-use super::work::Work;
 use crate::model::Model;
-use crate::solver::island::Island;
 use crate::state::State;
 use palmares_models::Vec3;
-
-/// Whether an object without contact reaches one within the step, which then joins its island.
-pub(super) fn lands(model: &Model, state: &mut State, work: &mut Work, island: &mut Island) -> bool {
-    if island.left_out.is_empty() {
-        return false;
-    }
-    let (h, object) = (model.config().step_s, island.objects[0]);
-    let (before, angular) = state.object_velocity(model, object);
-    let load = work.loads.get(object).map_or(Vec3::ZERO, |(force, _)| *force / model.objects()[object].mass);
-    let [x, y, z] = (before + (model.config().gravity + load) * h).to_array();
-    joining::reached(model, state, work, island, &[x, y, z, angular.x, angular.y, angular.z])
-}
 
 /// Moves an object by a step. `loads` are the external forces and torques of every object, or empty.
 pub(super) fn fly(model: &Model, state: &mut State, loads: &[(Vec3, Vec3)], object: usize) {

@@ -1,8 +1,9 @@
 //! Contacts that a step reaches although its search has left them out ([`crate::contact::left_out`]).
 //!
-//! The search leaves out what only a long way within the step reaches. Between two islands nothing stays left out
-//! ([`between_islands`]), since each is solved and moved on its own. Within an island the solution decides, before anything moves:
-//! what it hits joins ([`reached`]), and the island is solved again.
+//! The search leaves out what only a long way within the step reaches. Between two islands nothing stays left out ([`at_once`]),
+//! since each is solved and moved on its own; nor does anything below a lone object, which has few points, and whose impacts and
+//! supports are found before it is solved. Within other islands the solution decides, before anything moves: what it hits joins
+//! ([`reached`]), and the island is solved again.
 
 use super::work::Work;
 use crate::contact::collide::Collision;
@@ -30,15 +31,15 @@ pub(crate) struct Joining {
     hit: Vec<usize>,
 }
 
-/// Lets join what was left out between two islands, which may unite them, and gives each island the rest.
-pub(super) fn between_islands(model: &Model, state: &mut State, work: &mut Work, islands: &mut Islands) {
+/// Lets join what cannot wait for a solution, which may unite islands, and gives each island the rest.
+pub(super) fn at_once(model: &Model, state: &mut State, work: &mut Work, islands: &mut Islands) {
     let Work { collision, joining, .. } = work;
     let list = &collision.contacts.left_out.list;
     let mut hit = std::mem::take(&mut joining.hit);
     hit.clear();
     if !list.is_empty() {
         let owners = |left: &LeftOut| owners(model, collision, left);
-        hit.extend((0..list.len()).filter(|&k| islands.separates(owners(&list[k]))));
+        hit.extend((0..list.len()).filter(|&k| islands.cannot_wait(owners(&list[k]))));
     }
     for &k in &hit {
         join(model, state, work, k);

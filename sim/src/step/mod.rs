@@ -133,7 +133,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
     let mut islands = std::mem::take(&mut scratch.islands);
     let work = &mut scratch.work;
     islands.update(model, &work.collision.contacts);
-    joining::between_islands(model, state, work, &mut islands);
+    joining::at_once(model, state, work, &mut islands);
     work.continuous.begin(state);
     work.forces.clear();
     work.impacts.of_objects.resize(model.objects().len(), None);
@@ -153,10 +153,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         if scratch.work.outcome.work > step_work(model.objects().len()) {
             break;
         }
-        if !island.hand
-            && island.pairs.is_empty()
-            && !ballistic::lands(model, state, &mut scratch.work, island)
-        {
+        if !island.hand && island.pairs.is_empty() {
             ballistic::fly(model, state, &scratch.work.loads, island.objects[0]);
         } else {
             // Lone objects all have the same ordering: they share the first solver, which stays in the
