@@ -17,7 +17,7 @@ use super::gap::{distance, still_separated};
 use super::motion::speed;
 use super::narrow_phase::{Bodies, Contacts, Shapes};
 use super::reach::SHORT_M;
-use crate::anchor::Pair;
+use crate::anchor::{Anchor, Pair};
 use crate::bounds::DISTANCE_WORK;
 use crate::config::Config;
 use crate::contact::distance_cache::DistanceCache;
@@ -53,6 +53,10 @@ pub(super) struct LeftPoint {
     pub normal: Vec3,
     /// Gap, m.
     pub gap: f64,
+    /// Index among the manifold's points.
+    pub point: usize,
+    /// Memory of the point, which it has if it joins.
+    pub memory: Anchor,
 }
 
 /// All that a step leaves out.
@@ -151,7 +155,7 @@ impl Ends<'_> {
         *spent += 1;
         match left.what {
             What::Point(k) => {
-                let LeftPoint { at, normal, gap } = left_out.points[k];
+                let LeftPoint { at, normal, gap, .. } = left_out.points[k];
                 let relative = self.velocity(b.owner, at).linear - self.velocity(a.owner, at).linear;
                 gap + h * relative.dot(normal) < 0.0
             }
@@ -209,7 +213,16 @@ impl Contacts {
         let (p, q) = distances.slots(index);
         let reach = bodies.reach((i, a), (j, b), shapes.poses, shapes.speeds[p] + shapes.speeds[q]);
         let place = match pairs.binary_search_by_key(&key, |pair| pair.key) {
-            Ok(place) => place,
+            Ok(place) => {
+                let points = &mut pairs[place].manifold.points;
+                for left in self.left_out.list.iter().filter(|left| left.index == index) {
+                    if let What::Point(k) = left.what {
+                        let LeftPoint { point, memory, .. } = self.left_out.points[k];
+                        points[point].data = memory;
+                    }
+                }
+                place
+            }
             Err(place) => {
                 let a_from_b = shapes.poses[i].inv_mul(&shapes.poses[j]);
                 // The known gap is a lower bound, and no result depends on what is known.

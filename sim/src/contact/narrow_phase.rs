@@ -437,9 +437,15 @@ impl Contacts {
             let r = (on_a + on_b) * 0.5 - origin;
             let approach = relative.at(r).dot(normal);
             if reach.is_beyond(config, point.dist, approach) {
+                let memory = point.data;
                 point.data = Anchor::IDLE;
                 if let Some(index) = left {
-                    self.left_out.point(index, LeftPoint { at: r + origin, normal, gap: point.dist });
+                    // As after a step without load.
+                    let before = if memory.known { memory.bearing } else { pair.mean.bearing };
+                    point.data = Anchor { bearing: before, ..Anchor::IDLE };
+                    point.data.bearing = point.data.bearing_after(0.0, config.step_s);
+                    let (at, gap) = (r + origin, point.dist);
+                    self.left_out.point(index, LeftPoint { at, normal, gap, point: k, memory });
                 }
                 continue;
             }
