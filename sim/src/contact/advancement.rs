@@ -135,6 +135,22 @@ pub fn stays_separated(a: Moving<'_>, b: Moving<'_>, normal: Vec3, separation: f
     Rate::of(a, b).along(normal) <= separation + most
 }
 
+/// Whether two shapes overlap by more than `most`, m, at some time of the step. The computing is added to `spent`.
+pub fn meet(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> bool {
+    // Most overlap at the end, or are apart along a direction that has parted them all the time: to advance takes many directions.
+    *spent += MANIFOLD_WORK;
+    let rate = Rate::of(a, b);
+    let (at_a, at_b) = (a.at(1.0), b.at(1.0));
+    let a_from_b = at_a.inv_mul(&at_b);
+    let Some((normal, separation)) = separating_axis(a.shape, b.shape, &a_from_b, rate.at_most(), Vec3::ZERO)
+    else {
+        return false;
+    };
+    // Backwards in time the overlap grows along −n as it does forwards along n.
+    separation < -most
+        || rate.along(-(at_a.rotation * normal)) > separation + most && free_part(a, b, most, spent) < 1.0
+}
+
 /// The part of the step after which two shapes stop, because their overlap could exceed `most`, m; 1 if it could
 /// not. They stop where they overlap by about half of `most`. Shapes that start with a deeper overlap may deepen
 /// it by 1/32 of `most`. The computing is added to `spent`.

@@ -2,6 +2,7 @@
 
 use super::broad_phase::{BroadPhase, tight_bounds};
 use super::distance_cache::DistanceCache;
+use super::motion::Motion;
 use super::narrow_phase::{Bodies, Contacts, Shapes};
 use crate::bounds::step_work;
 use crate::dynamics::hand::HandDynamics;
@@ -20,12 +21,7 @@ pub(crate) struct Collision {
     broad_phase: BroadPhase,
     /// Bounds of every shape, grown by half the margin and by its motion in a step.
     pub bounds: Vec<Aabb>,
-    /// Upper bound of the speed of any point of each shape at the start of the step, m/s.
-    pub speeds: Vec<f64>,
-    /// The same speeds one step earlier; empty after a change of the state from outside.
-    speeds_before: Vec<f64>,
-    /// Largest distance that any point of each shape can have moved in the last step, m.
-    paths: Vec<f64>,
+    pub motion: Motion,
     /// Objects that slept at the last update.
     asleep: Vec<bool>,
 }
@@ -35,7 +31,6 @@ impl Collision {
     pub(crate) fn invalidate(&mut self) {
         self.broad_phase.invalidate();
         self.bounds.clear();
-        self.speeds.clear();
         self.asleep.clear();
     }
 }
@@ -53,24 +48,21 @@ pub(crate) fn collide(
     if model.colliders().is_empty() {
         return spent;
     }
-    update_shapes(model, state, dynamics, collision);
-    let Collision { contacts, poses, distances, broad_phase, bounds, speeds, speeds_before, paths, asleep } =
-        collision;
+    let fresh = collision.bounds.len() != model.colliders().len();
+    update_shapes(model, state, dynamics, collision, fresh);
+    let Collision { contacts, poses, distances, broad_phase, bounds, motion, asleep } = collision;
     if broad_phase.update(model, bounds) {
-        distances.follow(broad_phase.keys());
+        distances.follow(broad_phase.keys(), |key| slot_shift(model, key));
         // The memory of all other pairs is dropped.
         state.pairs.retain(|pair| broad_phase.keys().binary_search(&pair.key).is_ok());
         spent += (model.colliders().len() * model.colliders().len()) as u64;
     }
-    let known = speeds_before.len() == speeds.len();
-    update_paths(model, speeds, speeds_before, paths);
-    if !known {
-        distances.clear(speeds.len());
+    if fresh {
+        distances.clear(motion.speeds.len());
     }
     let h = model.config().step_s;
     let from_rest = model.config().from_rest(false);
-    let ahead = speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest);
-    distances.travel(if known { paths } else { &[] }, ahead);
+    distances.travel(&motion.ways, motion.speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest));
     let allowed = step_work(model.objects().len());
     // Every round but the last wakes at least one object.
     loop {
@@ -80,7 +72,7 @@ pub(crate) fn collide(
         }
         asleep.clear();
         asleep.extend(state.sleep.iter().map(|sleep| sleep.asleep));
-        let shapes = Shapes { poses, bounds, speeds };
+        let shapes = Shapes { poses, bounds, speeds: &motion.speeds };
         spent += contacts.find(&bodies, &shapes, distances, &mut state.pairs, allowed.saturating_sub(spent));
         let mut woken = false;
         for pair in &contacts.pairs {
@@ -97,61 +89,48 @@ pub(crate) fn collide(
     }
 }
 
-/// Pose, bounds and speed of every shape.
-fn update_shapes(model: &Model, state: &State, dynamics: &HandDynamics, collision: &mut Collision) {
+/// Shift of the odometers of a pair: one of the hand counts in the frame of its base, behind all odometers in the world.
+fn slot_shift(model: &Model, (a, b): (u32, u32)) -> u32 {
+    let [a, b] = [a, b].map(|k| model.colliders()[k as usize].owner);
+    let of_hand = matches!(a, Owner::Link(_)) || matches!(b, Owner::Link(_));
+    if of_hand && a != Owner::Static && b != Owner::Static { model.colliders().len() as u32 } else { 0 }
+}
+
+/// Pose, bounds and motion of every shape; `fresh` if nothing is known of them.
+fn update_shapes(
+    model: &Model,
+    state: &State,
+    dynamics: &HandDynamics,
+    collision: &mut Collision,
+    fresh: bool,
+) {
     let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
-    let Collision { poses, bounds, speeds, speeds_before, asleep, .. } = collision;
-    let fresh = bounds.len() != model.colliders().len();
+    let Collision { poses, bounds, motion, asleep, .. } = collision;
     if fresh {
         poses.resize(model.colliders().len(), Pose::IDENTITY);
         bounds.resize(model.colliders().len(), Aabb::new_invalid());
     }
     let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
-    std::mem::swap(speeds, speeds_before);
-    speeds.clear();
+    motion.begin(model.colliders().len(), &bodies);
     for (i, collider) in model.colliders().iter().enumerate() {
         let pose = match collider.owner {
             // Furniture has not moved.
-            Owner::Static if !fresh => {
-                speeds.push(0.0);
-                continue;
-            }
+            Owner::Static if !fresh => continue,
             // Neither has an object that slept through the last step.
             Owner::Object(k) if !fresh && state.sleep[k].asleep && asleep.get(k) == Some(&true) => {
-                speeds.push(0.0);
+                motion.rests(i);
+                motion.moves_by_base(&bodies, (i, collider), &poses[i], &poses[i]);
                 continue;
             }
             Owner::Static => collider.body_from_shape,
             Owner::Link(i) => dynamics.kin.pose[i] * collider.body_from_shape,
             Owner::Object(k) => state.objects[k] * collider.body_from_shape,
         };
-        let speed = if collider.owner == Owner::Static {
-            0.0
-        } else {
-            let motion = bodies.velocity(collider.owner, pose.translation);
-            motion.linear.length() + motion.angular.length() * collider.bounding_radius
-        };
-        bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * speed);
+        if collider.owner != Owner::Static {
+            motion.moves(&bodies, (i, collider), &pose);
+            motion.moves_by_base(&bodies, (i, collider), &poses[i], &pose);
+        }
+        bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * motion.speeds[i]);
         poses[i] = pose;
-        speeds.push(speed);
-    }
-}
-
-/// Largest motion of each shape in the last step. No point moved faster than the faster of its two speeds,
-/// apart from gravity on a ballistic path and rounding.
-fn update_paths(model: &Model, speeds: &[f64], before: &[f64], paths: &mut Vec<f64>) {
-    let h = model.config().step_s;
-    let fall = model.config().gravity.length() * h * h;
-    paths.resize(speeds.len(), f64::INFINITY);
-    if before.len() != speeds.len() {
-        paths.fill(f64::INFINITY);
-        return;
-    }
-    let faster = speeds.iter().zip(before).map(|(a, b)| a.max(*b));
-    for ((path, speed), collider) in paths.iter_mut().zip(faster).zip(model.colliders()) {
-        let own = if speed > 0.0 { 1.01 * h * speed + fall } else { 0.0 };
-        // The step of a hand starts with a third of its last displacement (BDF2).
-        let linked = matches!(collider.owner, Owner::Link(_)) && path.is_finite();
-        *path = if linked { own.max((*path + 2.0 * own) / 3.0) } else { own };
     }
 }

@@ -1,7 +1,7 @@
 //! Distances of near pairs: selects the pairs that a step has to check.
 //!
-//! Every shape has an odometer: an upper bound of the distance that any of its points has travelled. A pair
-//! with a known gap is not checked before the odometers could have used up that gap, so that most pairs cost
+//! Every shape has an odometer: an upper bound of the distance that any of its points has travelled; another one counts in the
+//! frame of the hand's base ([`super::motion`]). A pair with a known gap is not checked before the odometers could have used up that gap, so that most pairs cost
 //! one comparison. This is a cache: no result depends on it.
 
 use palmares_models::Pose;
@@ -10,6 +10,8 @@ use palmares_models::Pose;
 #[derive(Clone, Copy, Debug)]
 struct PairBound {
     key: (u32, u32),
+    /// Their odometers.
+    slots: (u32, u32),
     /// Sum of both odometers that uses up the known gap of the pair.
     until: f64,
 }
@@ -25,7 +27,7 @@ pub struct DistanceCache {
     gaps: Vec<(f64, Pose)>,
     /// The same before the list of pairs changed.
     old_gaps: Vec<(f64, Pose)>,
-    /// Per shape: distance travelled since the cache began, m.
+    /// Per shape and frame: distance travelled since the cache began, m.
     odometer: Vec<f64>,
     /// The same plus the distance that may count against a gap in this step.
     ahead: Vec<f64>,
@@ -33,9 +35,9 @@ pub struct DistanceCache {
 
 impl DistanceCache {
     /// Discards all gaps: the state has been changed from outside.
-    pub fn clear(&mut self, shapes: usize) {
+    pub fn clear(&mut self, odometers: usize) {
         self.odometer.clear();
-        self.odometer.resize(shapes, 0.0);
+        self.odometer.resize(odometers, 0.0);
         for bound in &mut self.bounds {
             bound.until = f64::NEG_INFINITY;
         }
@@ -50,8 +52,8 @@ impl DistanceCache {
         self.ahead.extend(self.odometer.iter().zip(reach).map(|(odometer, reach)| odometer + reach));
     }
 
-    /// Follows a new list of near pairs.
-    pub fn follow(&mut self, keys: &[(u32, u32)]) {
+    /// Follows a new list of near pairs; `shift` is the distance of a pair's odometers from its shapes.
+    pub fn follow(&mut self, keys: &[(u32, u32)], shift: impl Fn((u32, u32)) -> u32) {
         std::mem::swap(&mut self.bounds, &mut self.old);
         std::mem::swap(&mut self.gaps, &mut self.old_gaps);
         let mut old = self.old.drain(..).zip(self.old_gaps.drain(..)).peekable();
@@ -59,8 +61,11 @@ impl DistanceCache {
         self.gaps.clear();
         for &key in keys {
             while old.next_if(|(bound, _)| bound.key < key).is_some() {}
-            let unknown = (PairBound { key, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY));
-            let (bound, gap) = old.next_if(|(bound, _)| bound.key == key).unwrap_or(unknown);
+            let (bound, gap) = old.next_if(|(bound, _)| bound.key == key).unwrap_or_else(|| {
+                let by = shift(key);
+                let slots = (key.0 + by, key.1 + by);
+                (PairBound { key, slots, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY))
+            });
             self.bounds.push(bound);
             self.gaps.push(gap);
         }
@@ -75,7 +80,7 @@ impl DistanceCache {
     #[inline]
     pub fn next(&self, from: usize) -> Option<usize> {
         let due = |bound: &PairBound| {
-            let (a, b) = bound.key;
+            let (a, b) = bound.slots;
             bound.until <= self.ahead[a as usize] + self.ahead[b as usize]
         };
         self.bounds.get(from..)?.iter().position(due).map(|k| from + k)
@@ -100,7 +105,7 @@ impl DistanceCache {
 
     /// Makes the pairs at rest due again in which a shape `is_awake`.
     pub fn reactivate(&mut self, is_awake: impl Fn(usize) -> bool) {
-        for PairBound { key: (a, b), until } in &mut self.bounds {
+        for PairBound { key: (a, b), until, .. } in &mut self.bounds {
             if *until == f64::INFINITY && (is_awake(*a as usize) || is_awake(*b as usize)) {
                 *until = f64::NEG_INFINITY;
             }
@@ -127,8 +132,15 @@ impl DistanceCache {
         self.gaps[index] = (gap, a_from_b);
     }
 
+    /// The odometers of pair `index`.
+    #[inline]
+    pub fn slots(&self, index: usize) -> (usize, usize) {
+        let (a, b) = self.bounds[index].slots;
+        (a as usize, b as usize)
+    }
+
     fn ways(&self, index: usize) -> f64 {
-        let (a, b) = self.bounds[index].key;
+        let (a, b) = self.bounds[index].slots;
         self.odometer[a as usize] + self.odometer[b as usize]
     }
 }
@@ -141,7 +153,7 @@ mod tests {
     fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
         let mut cache = DistanceCache::default();
         cache.clear(3);
-        cache.follow(&[(0, 1), (0, 2), (1, 2)]);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
         let reach = [0.5, 0.0, 1.0];
         cache.travel(&[0.0; 3], reach.into_iter());
         assert_eq!((cache.next(0), cache.next(1), cache.next(3)), (Some(0), Some(1), None));
@@ -152,7 +164,7 @@ mod tests {
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
         assert_eq!((cache.next(0), cache.slack(0)), (Some(1), 1.25));
         // Known gaps survive a new list; new pairs are checked.
-        cache.follow(&[(0, 1), (0, 3)]);
+        cache.follow(&[(0, 1), (0, 3)], |_| 0);
         assert_eq!(cache.slack(0), 1.25);
         cache.clear(3);
         assert_eq!(cache.slack(0), f64::NEG_INFINITY);
@@ -162,7 +174,7 @@ mod tests {
     fn a_pair_at_rest_is_looked_at_when_one_of_it_is_roused() {
         let mut cache = DistanceCache::default();
         cache.clear(3);
-        cache.follow(&[(0, 1), (1, 2)]);
+        cache.follow(&[(0, 1), (1, 2)], |_| 0);
         cache.travel(&[], [1.0; 3].into_iter());
         cache.deactivate(0);
         cache.deactivate(1);
@@ -170,7 +182,7 @@ mod tests {
         cache.reactivate(|shape| shape == 2);
         assert_eq!((cache.next(0), cache.key(1)), (Some(1), (1, 2)));
         // A new list does not wake pairs at rest.
-        cache.follow(&[(0, 1), (0, 2), (1, 2)]);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
         assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
     }
 }

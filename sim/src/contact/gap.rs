@@ -1,6 +1,7 @@
 //! The gap of a near pair: computed exactly once, then bounded by the relative motion.
 
 use super::distance_cache::DistanceCache;
+use super::motion::way;
 use crate::anchor::Pair;
 use crate::model::Collider;
 use palmares_models::Pose;
@@ -25,11 +26,7 @@ pub(super) fn still_separated(
     let (gap, there) = touched.map_or_else(|| distances.gap(index), |pair| pair.updated_at);
     // An unbounded shape approaches with any turn.
     if gap > reachable && b.bounding_radius.is_finite() {
-        let travel = a_from_b.translation.distance(there.translation);
-        // Chord of the turn: 2 sin(θ/2), from the quaternions' dot product cos(θ/2).
-        let cosine = a_from_b.rotation.dot(there.rotation);
-        let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
-        let left = gap - travel - chord * b.bounding_radius;
+        let left = gap - way(&there, a_from_b, b.bounding_radius);
         if left > reachable {
             return Some(left);
         }
@@ -43,7 +40,7 @@ pub(super) fn still_separated(
 }
 
 /// Distance of two shapes, m; 0 where they overlap.
-fn distance(a: &Collider, b: &Collider, a_from_b: &Pose) -> f64 {
+pub(super) fn distance(a: &Collider, b: &Collider, a_from_b: &Pose) -> f64 {
     let cores = (a.core.as_cuboid(), b.core.as_cuboid());
     let found = match cores {
         // parry's own distance of two boxes can be more than a millimetre too large where two edges are nearest.

@@ -3,7 +3,7 @@
 //! Every pair that may have come near (`distance_cache.rs`) goes through these steps:
 //!
 //! 1. two bodies at rest are left alone;
-//! 2. a known gap is compared with the way of a step (`reach.rs`);
+//! 2. a known gap is compared with the way of a step (`reach.rs`); what only a long way reaches is left out (`left_out.rs`);
 //! 3. bounds and shapes are compared (`nearness`, `gap.rs`);
 //! 4. the points are moved along or found (`pair_points.rs`);
 //! 5. an overlap from the beginning counts as touching (`overlap_left`);
@@ -12,6 +12,7 @@
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
 use super::gap::still_separated;
+use super::left_out::{LeftOuts, LeftPoint, bounded, leaves_out};
 use super::manifold::Finder;
 use super::pair_points::refresh;
 use super::reach::Reach;
@@ -86,15 +87,26 @@ pub struct ContactPair {
 /// All contacts of a step.
 #[derive(Clone, Debug, Default)]
 pub struct Contacts {
-    /// In the order of the state's pairs.
+    /// In the order of the state's pairs; those that join later are behind them.
     pub pairs: Vec<ContactPair>,
     /// Grouped by pair.
     pub points: Vec<ContactPoint>,
+    /// What the step may reach all the same.
+    pub left_out: LeftOuts,
     /// Limits for the reuse of a cached manifold of flat and of round shapes: cosine of the turn and square
     /// of the distance.
     reuse: Option<[(f64, f64); 2]>,
     finder: Finder,
 }
+
+/// Whether two shapes belong to links.
+#[inline]
+fn within_hand(a: &Collider, b: &Collider) -> bool {
+    matches!((a.owner, b.owner), (Owner::Link(_), Owner::Link(_)))
+}
+
+/// Part of the way from rest below which the way of the present speeds hardly matters.
+const SLOW: f64 = 0.1;
 
 /// The bodies of a world and how they move.
 pub struct Bodies<'a> {
@@ -128,6 +140,27 @@ impl Bodies<'_> {
         }
     }
 
+    /// The reach of two shapes by their relative speed, if it is less than their `speeds` together, m/s, and these matter.
+    #[inline(always)]
+    pub(super) fn reach(
+        &self,
+        (i, a): (usize, &Collider),
+        (j, b): (usize, &Collider),
+        poses: &[Pose],
+        speeds: f64,
+    ) -> Reach {
+        let config = self.model.config();
+        let widest = Reach::new(config, within_hand(a, b), speeds);
+        if widest.approach < SLOW * widest.from_rest {
+            return widest;
+        }
+        let (bounded, radius) = bounded((i, a), (j, b));
+        let at = poses[bounded].translation;
+        let relative = self.velocity(b.owner, at) - self.velocity(a.owner, at);
+        let fastest = relative.linear.length() + relative.angular.length() * radius;
+        Reach::new(config, within_hand(a, b), fastest.min(speeds))
+    }
+
     /// Whether a body may move in this step.
     #[inline]
     pub fn is_awake(&self, owner: Owner) -> bool {
@@ -137,6 +170,12 @@ impl Bodies<'_> {
             Owner::Object(k) => !self.sleep[k].asleep,
         }
     }
+
+    /// Whether a body takes part in a step without being woken.
+    #[inline]
+    fn takes_part(&self, owner: Owner) -> bool {
+        owner == Owner::Static || self.is_awake(owner)
+    }
 }
 
 /// All shapes in the world, in the order of the model's colliders.
@@ -145,7 +184,7 @@ pub struct Shapes<'a> {
     pub poses: &'a [Pose],
     /// Their bounds, grown by the margin and the motion of a step.
     pub bounds: &'a [Aabb],
-    /// Upper bounds of the speed of their points, m/s.
+    /// Upper bounds of the speed of their points, m/s, in the world and then in the frame of the hand's base.
     pub speeds: &'a [f64],
 }
 
@@ -167,18 +206,19 @@ impl Shapes<'_> {
         (a, b): (&Collider, &Collider),
         known: Option<&Pair>,
         (distances, index): (&mut DistanceCache, usize),
-        reach: &Reach,
+        reachable: f64,
         spent: &mut u64,
     ) -> Nearness {
         let (i, j) = distances.key(index);
         let bounds_gap = separation(&self.bounds[i], &self.bounds[j]);
         if bounds_gap > 0.0 {
             // The bounds exceed the shapes by the margin and their motion in a step.
-            return Nearness::Separated(bounds_gap + reach.approach + config.margin(false));
+            let ways = config.step_s * (self.speeds[i] + self.speeds[j]);
+            return Nearness::Separated(bounds_gap + ways + config.margin(false));
         }
         *spent += DISTANCE_WORK;
         let a_from_b = self.poses[i].inv_mul(&self.poses[j]);
-        match still_separated(known, (distances, index), (a, b), &a_from_b, reach.reachable) {
+        match still_separated(known, (distances, index), (a, b), &a_from_b, reachable) {
             Some(gap) => Nearness::Separated(gap),
             None => Nearness::Near(a_from_b),
         }
@@ -199,10 +239,8 @@ impl Contacts {
         let (model, config) = (bodies.model, bodies.model.config());
         self.pairs.clear();
         self.points.clear();
-        let reuse = *self.reuse.get_or_insert_with(|| {
-            let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
-            [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
-        });
+        self.left_out.clear();
+        let may_leave = leaves_out(model, config);
         let mut spent = distances.count() as u64;
         // Near pairs and remembered ones have the same order. So the memory of the present pair is at `place`,
         // or must be inserted there.
@@ -218,21 +256,49 @@ impl Contacts {
                 distances.deactivate(index);
                 continue;
             }
-            let within_hand = matches!((a.owner, b.owner), (Owner::Link(_), Owner::Link(_)));
-            let reach = Reach::new(config, within_hand, shapes.speeds[i], shapes.speeds[j]);
-            if distances.slack(index) > reach.reachable {
+            let (p, q) = distances.slots(index);
+            let speeds = shapes.speeds[p] + shapes.speeds[q];
+            let widest = Reach::new(config, within_hand(a, b), speeds);
+            let slack = distances.slack(index);
+            if slack > widest.reachable {
+                continue;
+            }
+            let may_leave = may_leave
+                && a.restitution.max(b.restitution) == 0.0
+                && bodies.takes_part(a.owner)
+                && bodies.takes_part(b.owner);
+            if may_leave && slack > widest.shortened().reachable {
+                self.left_out.shapes(index, slack);
+                continue;
+            }
+            let full = bodies.reach((i, a), (j, b), shapes.poses, speeds);
+            let reach = if may_leave { full.shortened() } else { full };
+            if slack > reach.reachable {
+                if slack <= full.reachable {
+                    self.left_out.shapes(index, slack);
+                }
                 continue;
             }
             let key = (i as u32, j as u32);
             place += pairs[place..].iter().take_while(|pair| pair.key < key).count();
             let is_known = pairs.get(place).is_some_and(|pair| pair.key == key);
             let known = is_known.then(|| &pairs[place]);
-            match shapes.nearness(config, (a, b), known, (&mut *distances, index), &reach, &mut spent) {
+            match shapes.nearness(
+                config,
+                (a, b),
+                known,
+                (&mut *distances, index),
+                reach.reachable,
+                &mut spent,
+            ) {
                 Nearness::Separated(gap) => {
                     if is_known {
                         pairs.remove(place);
                     }
                     distances.set_bound(index, gap);
+                    if may_leave && gap <= full.reachable {
+                        self.left_out.shapes(index, gap);
+                    }
                 }
                 Nearness::Near(a_from_b) => {
                     distances.set_bound(index, 0.0);
@@ -240,14 +306,21 @@ impl Contacts {
                         pairs.insert(place, Pair::new(key));
                     }
                     let pair = &mut pairs[place];
-                    spent += self.update(config, pair, (a, b), a_from_b, &reach, reuse);
+                    spent += self.update(config, pair, (a, b), a_from_b, &reach);
                     if pair.manifold.points.is_empty() {
                         distances.set_gap(index, 0.0, a_from_b);
                         if pair.is_blank() {
                             pairs.remove(place);
                         }
                     } else if !pair.covered {
-                        spent += self.add(bodies, shapes.poses, (a, b), (pair, place), &reach);
+                        spent += self.add(
+                            bodies,
+                            shapes.poses,
+                            (a, b),
+                            (pair, place),
+                            &reach,
+                            may_leave.then_some(index),
+                        );
                     }
                 }
             }
@@ -256,16 +329,19 @@ impl Contacts {
     }
 
     /// Updates the points of a pair, and the overlap that counts as touching; returns the computing.
-    #[inline]
-    fn update(
+    #[inline(always)]
+    pub(super) fn update(
         &mut self,
         config: &Config,
         pair: &mut Pair,
         (a, b): (&Collider, &Collider),
         a_from_b: Pose,
         reach: &Reach,
-        [flat, round]: [(f64, f64); 2],
     ) -> u64 {
+        let [flat, round] = *self.reuse.get_or_insert_with(|| {
+            let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
+            [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
+        });
         let first_sight = pair.manifold.points.is_empty() || pair.covered;
         let depth_before = -pair.updated_at.0;
         let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
@@ -294,14 +370,16 @@ impl Contacts {
     }
 
     /// Adds the contact of a pair that is `place`-th in the state, if one of its points can touch in this step; returns the computing.
-    #[inline]
-    fn add(
+    /// What is beyond the reach of a near pair that is not solved in full is listed as left out.
+    #[inline(always)]
+    pub(super) fn add(
         &mut self,
         bodies: &Bodies<'_>,
         poses: &[Pose],
         (a, b): (&Collider, &Collider),
         (pair, place): (&mut Pair, usize),
         reach: &Reach,
+        near: Option<usize>,
     ) -> u64 {
         let config = bodies.model.config();
         let (i, j) = (pair.key.0 as usize, pair.key.1 as usize);
@@ -311,11 +389,10 @@ impl Contacts {
         };
         let first = self.points.len();
         let relative = bodies.velocity(b.owner, origin) - bodies.velocity(a.owner, origin);
-        let (bounded, radius) =
-            if a.bounding_radius.is_finite() { (i, a.bounding_radius) } else { (j, b.bounding_radius) };
+        let (bounded, radius) = bounded((j, b), (i, a));
         let way = (poses[bounded].translation - origin).length() + radius + reach.margin;
         let fastest = relative.linear.length() + relative.angular.length() * way;
-        self.collect(pair, &poses[i], &poses[j], origin, relative, (reach, fastest, config));
+        self.collect(pair, &poses[i], &poses[j], origin, relative, (reach, fastest, config), near);
         if self.points.len() > first {
             let friction = pair_friction(a, b);
             self.pairs.push(ContactPair {
@@ -336,6 +413,7 @@ impl Contacts {
     }
 
     /// Collects the points that can touch in this step.
+    #[inline(always)]
     fn collect(
         &mut self,
         pair: &mut Pair,
@@ -344,6 +422,7 @@ impl Contacts {
         origin: Vec3,
         relative: SpatialVelocity,
         (reach, fastest, config): (&Reach, f64, &Config),
+        left: Option<usize>,
     ) {
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
             pair.mean = Anchor::default();
@@ -364,7 +443,7 @@ impl Contacts {
             // The nearest points have no features. They are a contact of their own only where no corner is as
             // deep.
             let twice = point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m;
-            if twice || point.dist > beyond {
+            if twice || left.is_none() && point.dist > beyond {
                 point.data = Anchor::IDLE;
                 continue;
             }
@@ -373,7 +452,16 @@ impl Contacts {
             let r = (on_a + on_b) * 0.5 - origin;
             let approach = relative.at(r).dot(normal);
             if reach.is_beyond(config, point.dist, approach) {
+                let memory = point.data;
                 point.data = Anchor::IDLE;
+                if let Some(index) = left {
+                    // As after a step without load.
+                    let before = if memory.known { memory.bearing } else { pair.mean.bearing };
+                    point.data = Anchor { bearing: before, ..Anchor::IDLE };
+                    point.data.bearing = point.data.bearing_after(0.0, config.step_s);
+                    let (at, gap) = (r + origin, point.dist);
+                    self.left_out.point(index, LeftPoint { at, normal, gap, point: k, memory });
+                }
                 continue;
             }
             if !point.data.known {

@@ -29,7 +29,7 @@ pub(super) fn separating_axis(
 
 /// Finds the points of a pair up to a gap of `margin`, unless those of the last step can be moved along; returns the computing.
 /// `reuse` are the limits for this: cosine of the turn, and square of the way.
-#[inline]
+#[inline(always)]
 pub(super) fn refresh(
     finder: &mut Finder,
     pair: &mut Pair,

@@ -1,7 +1,8 @@
 //! Islands: groups of bodies that press on each other. Each is solved on its own, and an island at rest
 //! sleeps.
 
-use crate::contact::narrow_phase::{ContactPair, Contacts};
+use crate::contact::left_out::LeftOut;
+use crate::contact::narrow_phase::Contacts;
 use crate::model::{Model, Owner};
 
 /// Bodies that are coupled in this step.
@@ -13,6 +14,8 @@ pub struct Island {
     pub objects: Vec<usize>,
     /// Indices in [`Contacts::pairs`], ascending.
     pub pairs: Vec<usize>,
+    /// Indices in [`Contacts::left_out`], ascending.
+    pub left_out: Vec<usize>,
 }
 
 impl Island {
@@ -78,13 +81,39 @@ impl Islands {
             }
         }
         for (k, pair) in contacts.pairs.iter().enumerate() {
-            let island = self.of_pair(pair);
+            let island = self.of_pair(pair.a, pair.b);
             self.islands[island].pairs.push(k);
         }
     }
 
-    fn of_pair(&mut self, pair: &ContactPair) -> usize {
-        let node = node(pair.b).or(node(pair.a)).unwrap_or(0);
+    /// Gives every island what was left out of it; nothing lies between two islands.
+    pub fn distribute(&mut self, left_out: &[LeftOut], owners: impl Fn(&LeftOut) -> [Owner; 2]) {
+        for island in &mut self.islands[..self.len] {
+            island.left_out.clear();
+        }
+        for (k, left) in left_out.iter().enumerate() {
+            if !left.joined {
+                let [a, b] = owners(left);
+                let island = self.of_pair(a, b);
+                self.islands[island].left_out.push(k);
+            }
+        }
+    }
+
+    /// Whether something between these bodies cannot wait for the solution of an island: it lies between two, or the island is a
+    /// lone object.
+    pub fn cannot_wait(&mut self, [a, b]: [Owner; 2]) -> bool {
+        match (node(a), node(b)) {
+            (Some(a), Some(b)) => self.root(a) != self.root(b),
+            _ => {
+                let island = self.of_pair(a, b);
+                self.islands[island].is_lone_object()
+            }
+        }
+    }
+
+    fn of_pair(&mut self, a: Owner, b: Owner) -> usize {
+        let node = node(b).or(node(a)).unwrap_or(0);
         let root = self.root(node);
         self.island_of[root]
     }
@@ -101,6 +130,11 @@ impl Islands {
     pub fn list(&self) -> &[Island] {
         &self.islands[..self.len]
     }
+
+    /// The same, to be changed.
+    pub fn list_mut(&mut self) -> &mut [Island] {
+        &mut self.islands[..self.len]
+    }
 }
 
 fn node(owner: Owner) -> Option<usize> {
@@ -115,6 +149,7 @@ fn node(owner: Owner) -> Option<usize> {
 mod tests {
     use super::*;
     use crate::config::Config;
+    use crate::contact::narrow_phase::ContactPair;
     use palmares_models::object::Object;
     use palmares_models::shape::Shape;
     use palmares_models::{Pose, Vec3};

@@ -10,7 +10,7 @@ use super::method::Attempt;
 use super::solve::solve;
 use super::torque_free::turned;
 use super::work::Work;
-use super::{contact_memory, integrate};
+use super::{contact_memory, integrate, joining};
 use crate::actuation::base::shortest_turn;
 use crate::actuation::slowed;
 use crate::dynamics::pattern::{columns, row_sum};
@@ -43,6 +43,8 @@ pub(crate) struct History {
     ahead: HandMotion,
     /// Change of the velocities beyond the change in the step before.
     change: Vec<f64>,
+    /// Way of the step over its length.
+    way: Vec<f64>,
 }
 
 /// Steps a hand that has no contact, and had none in the step before. Declines when a contact or a limit acts or the motion is not
@@ -70,6 +72,7 @@ pub(super) fn step(
     solve(model, work, problem, newton, v);
     if jumps(problem, v)
         || late_energy(model, &work.dynamics.mass, v, &state.earlier.motion, history) > LATE_J
+        || lands(model, state, work, island, v, history)
     {
         history.now.write(state);
         return Attempt::Declined;
@@ -82,6 +85,21 @@ pub(super) fn step(
     slowed::follow(model, problem, newton, state);
     std::mem::swap(&mut state.earlier.motion, &mut history.now);
     Attempt::Taken
+}
+
+/// Whether the hand reaches a contact that the search has left out. Its way in the step is `h (2 v + v₀)/3`, up to the second order.
+fn lands(
+    model: &Model,
+    state: &State,
+    work: &mut Work,
+    island: &Island,
+    v: &[f64],
+    history: &mut History,
+) -> bool {
+    let History { now, way, .. } = history;
+    way.clear();
+    way.extend(v.iter().zip(&now.v).map(|(after, before)| (1.0 - AHEAD) * after + AHEAD * before));
+    joining::hand_reaches(model, state, work, island, way, &now.v)
 }
 
 /// Whether the hand comes to rest.

@@ -166,7 +166,7 @@ fn list_due(
     }
     // Near pairs are those that the velocities at the start could bring together.
     let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
-    let beyond = |i: usize| (way(&colliders[i]) - h * collision.speeds[i] - margin).max(0.0);
+    let beyond = |i: usize| (way(&colliders[i]) - h * collision.motion.speeds[i] - margin).max(0.0);
     for i in (0..colliders.len()).filter(|&i| beyond(i) > 0.0) {
         *spent += colliders.len() as u64;
         for (j, other) in colliders.iter().enumerate() {

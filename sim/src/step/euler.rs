@@ -6,9 +6,10 @@
 //! 3. [`support_transfer::transfer`]: a lone object that tips onto another support.
 //! 4. [`slip_passes::settle`]: where slip begins or ends, unless supports have changed.
 //! 5. [`friction_passes::settle`]: cables that rub on their guides.
-//! 6. [`blow_energy::limit`]: blows add no energy.
-//! 7. [`contact_memory::remember`]: anchors for the next step.
-//! 8. [`move_hand`], [`integrate::move_objects`]: positions.
+//! 6. [`joining::reached`]: contacts that the search has left out and the solution reaches join, and all is solved again.
+//! 7. [`blow_energy::limit`]: blows add no energy.
+//! 8. [`contact_memory::remember`]: anchors for the next step.
+//! 9. [`move_hand`], [`integrate::move_objects`]: positions.
 
 use super::assemble::assemble;
 use super::impacts::{Bodies, Rebounds};
@@ -16,8 +17,9 @@ use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
 use super::{blow_energy, contact_memory, friction_passes, impacts};
-use super::{integrate, momentum, passing, slip_passes};
+use super::{integrate, joining, momentum, passing, slip_passes};
 use crate::actuation::slowed;
+use crate::bounds::step_work;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -29,23 +31,31 @@ pub(super) fn step(
     model: &Model,
     state: &mut State,
     work: &mut Work,
-    island: &Island,
+    island: &mut Island,
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
     support: &mut SupportTransfer,
 ) {
-    let rebounds = solve_with_rebounds(model, state, work, island, (problem, newton), v);
-    // Bodies that rebound within the step do not move along their velocities at its end.
-    if rebounds == Rebounds::Own && (island.is_lone_object() || !impacts::any_within(&work.collision, island))
-    {
-        passing::leave_out(model, state, work, island, (problem, newton), v);
-    }
-    let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
-    if !transferred {
-        slip_passes::settle(model, work, island, (problem, newton), v);
-    }
-    if island.hand && !state.friction.is_empty() {
-        friction_passes::settle(model, work, (problem, newton), v, &state.tension);
+    // Every round but the last lets something join.
+    loop {
+        let rebounds = solve_with_rebounds(model, state, work, island, (problem, newton), v);
+        // Bodies that rebound within the step do not move along their velocities at its end.
+        if rebounds == Rebounds::Own
+            && (island.is_lone_object() || !impacts::any_within(&work.collision, island))
+        {
+            passing::leave_out(model, state, work, island, (problem, newton), v);
+        }
+        let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
+        if !transferred {
+            slip_passes::settle(model, work, island, (problem, newton), v);
+        }
+        if island.hand && !state.friction.is_empty() {
+            friction_passes::settle(model, work, (problem, newton), v, &state.tension);
+        }
+        let spent = work.outcome.work > step_work(model.objects().len());
+        if spent || !joining::reached(model, state, work, island, v) {
+            break;
+        }
     }
     blow_energy::limit(model, state, work, island, (problem, newton), v);
     let Work { collision, impacts, forces, .. } = work;

@@ -10,7 +10,13 @@ use crate::solver::problem::Problem;
 use crate::state::State;
 
 /// Takes one step of an island; `slot` is the index of the solver that keeps its orderings.
-pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, island: &Island, slot: usize) {
+pub(super) fn step(
+    model: &Model,
+    state: &mut State,
+    scratch: &mut Scratch,
+    island: &mut Island,
+    slot: usize,
+) {
     if scratch.solvers.len() <= slot {
         scratch.solvers.resize_with(slot + 1, Default::default);
     }

@@ -61,7 +61,7 @@ mod tests {
         let hand = Island { hand: true, ..Island::default() };
         let touches_itself = Island { pairs: vec![0], ..hand.clone() };
         let holds = Island { objects: vec![0], ..touches_itself.clone() };
-        let object = Island { objects: vec![0], pairs: vec![0], hand: false };
+        let object = Island { objects: vec![0], pairs: vec![0], ..Island::default() };
         for (model, islands) in [
             (&damped, [Method::Bdf2, Method::Bdf2, Method::Euler, Method::Euler]),
             (&undamped, [Method::CashKarp, Method::Euler, Method::Euler, Method::Euler]),

@@ -22,6 +22,7 @@ mod friction_passes;
 mod impacts;
 mod integrate;
 mod island;
+mod joining;
 mod method;
 mod midpoint_correction;
 mod momentum;
@@ -135,6 +136,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
     let mut islands = std::mem::take(&mut scratch.islands);
     let work = &mut scratch.work;
     islands.update(model, &work.collision.contacts);
+    joining::at_once(model, state, work, &mut islands);
     work.continuous.begin(state);
     work.forces.begin(&state.sleep);
     work.impacts.of_objects.resize(model.objects().len(), None);
@@ -145,7 +147,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         work.outcome.penetration_m = work.outcome.penetration_m.max(-point.distance);
     }
     let (mut solved, mut coupled) = (0, 0);
-    for island in islands.list() {
+    for island in islands.list_mut() {
         if let (false, [object]) = (island.hand, island.objects.as_slice())
             && state.sleep[*object].asleep
         {

@@ -9,7 +9,7 @@ use super::impacts::pull;
 use super::resolve_scratch::Passing;
 use super::solve::solve;
 use super::work::Work;
-use crate::contact::advancement::{Moving, Sweep, free_part};
+use crate::contact::advancement::{self, Moving, Sweep};
 use crate::contact::narrow_phase::ContactPair;
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Model, Owner};
@@ -147,7 +147,7 @@ fn meet(
     };
     let (of_a, of_b) = (sweep(a.owner), sweep(b.owner));
     let (a, b) = (Moving { shape: a, sweep: &of_a }, Moving { shape: b, sweep: &of_b });
-    free_part(a, b, TOUCH_M, spent) < 1.0
+    advancement::meet(a, b, TOUCH_M, spent)
 }
 
 /// Mean velocity of a body in the step without contacts, at its own origin.

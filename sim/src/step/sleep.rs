@@ -20,6 +20,9 @@ const NOISE: f64 = 2e-4;
 /// Angular velocities change by so much more, rad/m.
 const ANGULAR: f64 = 10.0;
 
+/// A change of velocity that is at most this part of the one before it is that of a motion that dies away.
+const DECAY: f64 = 0.7;
+
 /// A body that moves on evenly, faster than this part of the limits of speed, is not at rest.
 const CREEP: f64 = 0.25;
 
@@ -29,7 +32,7 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
     if !config.sleeping {
         return;
     }
-    let half = (0.5 * config.sleep_after_s / config.step_s).ceil() as u32;
+    let third = (config.sleep_after_s / config.step_s / 3.0).ceil() as u32;
     let mut all = !island.hand && !island.pairs.is_empty();
     for &k in &island.objects {
         let (linear, angular) = state.object_velocity(model, k);
@@ -42,15 +45,13 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
             all = false;
             continue;
         }
-        let now = (sleep.still_steps / half).min(2) as usize;
+        let now = (sleep.still_steps / third).min(2) as usize;
         sleep.moved[now].iter_mut().zip(v).for_each(|(moved, v)| *moved += config.step_s * v);
         sleep.still_steps += 1;
-        if sleep.still_steps >= 2 * half && sleep.still_steps % half == 0 {
-            sleep.rests = rests(config, &sleep.moved[..=now], f64::from(half) * config.step_s);
-            if now == 2 {
-                sleep.moved = [sleep.moved[1], sleep.moved[2], [0.0; 6]];
-                sleep.still_steps = 2 * half;
-            }
+        if sleep.still_steps == 3 * third {
+            sleep.rests = rests(config, &sleep.moved, f64::from(third) * config.step_s, model.object_radius(k));
+            sleep.moved = [sleep.moved[1], sleep.moved[2], [0.0; 6]];
+            sleep.still_steps = 2 * third;
         }
         all &= sleep.rests;
     }
@@ -63,29 +64,31 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
     }
 }
 
-/// Whether a body with these displacements, m and rad, in two or three successive times, s, is at rest.
-fn rests(config: &Config, moved: &[[f64; 6]], time_s: f64) -> bool {
+/// Whether a body with these displacements, m and rad, in three successive times, s, is at rest.
+fn rests(config: &Config, moved: &[[f64; 6]; 3], time_s: f64, radius: f64) -> bool {
     let mean = |k: usize, part: usize| -> [f64; 3] { from_fn(|i| moved[k][3 * part + i] / time_s) };
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let gained = |k: usize, part: usize| -> [f64; 3] {
-        let [before, after] = [k - 1, k].map(|k| mean(k, part));
+        let [before, after] = [k, k + 1].map(|k| mean(k, part));
         from_fn(|i| after[i] - before[i])
     };
-    let last = moved.len() - 1;
     let parts = [
         (config.sleep_linear, config.sleep_acceleration, 1.0),
-        (config.sleep_angular, config.sleep_angular_acceleration, ANGULAR),
+        (config.sleep_angular, config.sleep_angular_acceleration, 1.0 / radius),
     ];
     parts.into_iter().enumerate().all(|(part, (speed, acceleration, times))| {
-        let (mean, gain) = (mean(last, part), gained(last, part));
+        let (mean, earlier, gain) = (mean(2, part), gained(0, part), gained(1, part));
         let size = dot(gain, gain).sqrt();
         let slow = acceleration * time_s;
-        let again = || {
-            let earlier = gained(last - 1, part);
-            dot(gain, earlier) > 0.5 * size * dot(earlier, earlier).sqrt()
+        let before = dot(earlier, earlier).sqrt();
+        let again = dot(gain, earlier) > 0.5 * size * before;
+        let steady = size <= slow + times * ROUNDING || size <= slow + times * NOISE && !again;
+        let dies = size <= DECAY * before && {
+            let rest = size / (before - size);
+            let end: [f64; 3] = from_fn(|i| mean[i] + rest * gain[i]);
+            dot(end, end).sqrt() <= CREEP * speed
         };
-        let steady = size <= slow + times * ROUNDING || last > 1 && size <= slow + times * NOISE && !again();
-        steady && dot(mean, mean).sqrt() <= CREEP * speed
+        steady && dot(mean, mean).sqrt() <= CREEP * speed || dies
     })
 }
 

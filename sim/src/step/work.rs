@@ -5,6 +5,7 @@ use super::continuous::Continuous;
 use super::drive::Drive;
 use super::forces::StepForces;
 use super::impacts::Impacts;
+use super::joining::Joining;
 use super::resolve_scratch::{Blend, Passing};
 use crate::actuation::friction::Passes;
 use crate::bounds::Fault;
@@ -25,6 +26,7 @@ pub(crate) struct Work {
     pub collision: Collision,
     pub drive: Drive,
     pub impacts: Impacts,
+    pub joining: Joining,
     /// Repeated solves for the friction of cables.
     pub friction_passes: Passes,
     pub continuous: Continuous,
