@@ -118,8 +118,7 @@ fn update_shapes(
             Owner::Static if !fresh => continue,
             // Neither has an object that slept through the last step.
             Owner::Object(k) if !fresh && state.sleep[k].asleep && asleep.get(k) == Some(&true) => {
-                motion.rests(i);
-                motion.moves_by_base(&bodies, (i, collider), &poses[i], &poses[i]);
+                motion.rests((i, collider), &poses[i]);
                 continue;
             }
             Owner::Static => collider.body_from_shape,
@@ -127,8 +126,7 @@ fn update_shapes(
             Owner::Object(k) => state.objects[k] * collider.body_from_shape,
         };
         if collider.owner != Owner::Static {
-            motion.moves(&bodies, (i, collider), &pose);
-            motion.moves_by_base(&bodies, (i, collider), &poses[i], &pose);
+            motion.moves(&bodies, (i, collider), &poses[i], &pose);
         }
         bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * motion.speeds[i]);
         poses[i] = pose;

@@ -27,6 +27,8 @@ pub(crate) struct Motion {
     step_s: f64,
     /// Twice the way of a fall from rest in a step, m.
     fall: f64,
+    /// Whether there is a base.
+    by_base: bool,
     /// Pose of the base at the start of the step.
     base: Pose,
     frame: Frame,
@@ -69,6 +71,7 @@ impl Motion {
     pub(super) fn begin(&mut self, shapes: usize, bodies: &Bodies<'_>) {
         let hand = bodies.model.hand().is_some();
         let count = if hand { 2 * shapes } else { shapes };
+        self.by_base = hand;
         let config = bodies.model.config();
         self.step_s = config.step_s;
         self.fall = config.gravity.length() * config.step_s * config.step_s;
@@ -96,52 +99,72 @@ impl Motion {
         }
     }
 
-    /// A shape rests in the world.
-    pub(super) fn rests(&mut self, i: usize) {
+    /// A body's shape rests in the world.
+    #[inline(always)]
+    pub(super) fn rests(&mut self, (i, shape): (usize, &Collider), at: &Pose) {
         (self.ways[i], self.speeds[i]) = (0.0, 0.0);
+        if let Some(slot) = self.slot_by_base(i) {
+            let far = self.far(shape, at);
+            (self.ways[slot], self.speeds[slot]) = (self.way_added(0.0, far), self.speed_added(0.0, far));
+        }
     }
 
-    /// A body's shape comes to a pose in the world. No point of it moved faster than the faster of its two speeds, apart from gravity
-    /// on a ballistic path and rounding.
+    /// A body's shape moves from one pose in the world to another. No point of it moved faster than the faster of its two speeds,
+    /// apart from gravity on a ballistic path and rounding.
     #[inline(always)]
-    pub(super) fn moves(&mut self, bodies: &Bodies<'_>, (i, shape): (usize, &Collider), to: &Pose) {
-        let before = self.speeds[i];
-        let now = speed(bodies.velocity(shape.owner, to.translation), shape);
-        let faster = now.max(before);
-        let own = if faster > 0.0 { 1.01 * self.step_s * faster + self.fall } else { 0.0 };
-        // The step of a hand starts with a third of its last displacement (BDF2).
-        let linked = matches!(shape.owner, Owner::Link(_));
-        self.ways[i] = if linked { own.max((self.ways[i] + 2.0 * own) / 3.0) } else { own };
-        self.speeds[i] = now;
-    }
-
-    /// The same as seen from the base.
-    #[inline(always)]
-    pub(super) fn moves_by_base(
+    pub(super) fn moves(
         &mut self,
         bodies: &Bodies<'_>,
         (i, shape): (usize, &Collider),
         from: &Pose,
         to: &Pose,
     ) {
-        let slot = self.speeds.len() / 2 + i;
-        if bodies.model.hand().is_none() {
-            return;
-        }
-        let Frame { ways, speeds, carry, velocity } = &self.frame;
-        let far = (to.translation - self.base.translation).abs().element_sum() + shape.bounding_radius;
-        self.ways[slot] = match carry {
+        let before = self.speeds[i];
+        let velocity = bodies.velocity(shape.owner, to.translation);
+        let now = speed(velocity, shape);
+        let faster = now.max(before);
+        let own = if faster > 0.0 { 1.01 * self.step_s * faster + self.fall } else { 0.0 };
+        // The step of a hand starts with a third of its last displacement (BDF2).
+        let linked = matches!(shape.owner, Owner::Link(_));
+        self.ways[i] = if linked { own.max((self.ways[i] + 2.0 * own) / 3.0) } else { own };
+        self.speeds[i] = now;
+        let Some(slot) = self.slot_by_base(i) else { return };
+        let far = self.far(shape, to);
+        self.ways[slot] = match &self.frame.carry {
             Some(carry) => way(&(*carry * *from), to, shape.bounding_radius),
-            // The turn carries a point from where it was: farther off by no more than what both have moved.
-            None => self.ways[i] + ways[0] + ways[1] * (far + self.ways[i] + ways[0]),
+            None => self.way_added(self.ways[i], far),
         };
-        self.speeds[slot] = match velocity {
-            Some(base) => {
-                let (own, at) = (bodies.velocity(shape.owner, to.translation), to.translation);
-                speed(own - base.moved(at - bodies.dynamics.kin.origin), shape)
-            }
-            None => self.speeds[i] + speeds[0] + speeds[1] * far,
+        self.speeds[slot] = match &self.frame.velocity {
+            Some(base) => speed(velocity - base.moved(to.translation - bodies.dynamics.kin.origin), shape),
+            None => self.speed_added(now, far),
         };
+    }
+
+    /// Where a shape counts as seen from the base, if there is one.
+    #[inline(always)]
+    fn slot_by_base(&self, i: usize) -> Option<usize> {
+        self.by_base.then_some(self.speeds.len() / 2 + i)
+    }
+
+    /// Bound of the distance of a shape's points from the base, m.
+    #[inline(always)]
+    fn far(&self, shape: &Collider, at: &Pose) -> f64 {
+        (at.translation - self.base.translation).abs().element_sum() + shape.bounding_radius
+    }
+
+    /// Way as seen from the base, m, of a point with this way in the world. The turn carries the point from where it was: farther off
+    /// by no more than what both have moved.
+    #[inline(always)]
+    fn way_added(&self, own: f64, far: f64) -> f64 {
+        let [linear, turn] = self.frame.ways;
+        own + linear + turn * (far + own + linear)
+    }
+
+    /// Speed as seen from the base, m/s, of a point with this speed in the world.
+    #[inline(always)]
+    fn speed_added(&self, own: f64, far: f64) -> f64 {
+        let [linear, angular] = self.frame.speeds;
+        own + linear + angular * far
     }
 }
 
