@@ -177,7 +177,7 @@ impl Default for Config {
             sleep_angular: 4e-2,
             sleep_acceleration: 5e-4,
             sleep_angular_acceleration: 5e-3,
-            sleep_after_s: 0.25,
+            sleep_after_s: 0.15,
             base: BaseConfig::default(),
         }
     }

@@ -18,6 +18,9 @@ use palmares_models::{Pose, Rotation, Vec3};
 /// Largest number of directions computed for a pair; then the search stops at the part it has reached.
 const MAX_DIRECTIONS: usize = 128;
 
+/// Largest number of directions after which two shapes that may only pass each other count as meeting.
+const DIRECTIONS_TO_PASS: usize = 16;
+
 /// Shapes whose overlap could exceed the limit stop at this part of it.
 const STOP_AT: f64 = 0.5;
 
@@ -135,7 +138,7 @@ pub fn stays_separated(a: Moving<'_>, b: Moving<'_>, normal: Vec3, separation: f
     Rate::of(a, b).along(normal) <= separation + most
 }
 
-/// Whether two shapes overlap by more than `most`, m, at some time of the step. The computing is added to `spent`.
+/// Whether two shapes overlap by more than `most`, m, at some time of the step, or pass so near that it takes long to tell. The computing is added to `spent`.
 pub fn meet(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> bool {
     // Most overlap at the end, or are apart along a direction that has parted them all the time: to advance takes many directions.
     *spent += MANIFOLD_WORK;
@@ -148,19 +151,25 @@ pub fn meet(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> bool {
     };
     // Backwards in time the overlap grows along −n as it does forwards along n.
     separation < -most
-        || rate.along(-(at_a.rotation * normal)) > separation + most && free_part(a, b, most, spent) < 1.0
+        || rate.along(-(at_a.rotation * normal)) > separation + most
+            && advance(a, b, most, DIRECTIONS_TO_PASS, spent) < 1.0
 }
 
 /// The part of the step after which two shapes stop, because their overlap could exceed `most`, m; 1 if it could
 /// not. They stop where they overlap by about half of `most`. Shapes that start with a deeper overlap may deepen
 /// it by 1/32 of `most`. The computing is added to `spent`.
 pub fn free_part(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> f64 {
+    advance(a, b, most, MAX_DIRECTIONS, spent)
+}
+
+/// The same with at most so many directions.
+fn advance(a: Moving<'_>, b: Moving<'_>, most: f64, directions: usize, spent: &mut u64) -> f64 {
     let rate = Rate::of(a, b);
     let reach = rate.at_most();
     let near = MIN_ADVANCE * most;
     let (mut part, mut before, mut least) = (0.0, 0.0, -STOP_AT * most);
     let mut direction = Vec3::ZERO;
-    for k in 0..MAX_DIRECTIONS {
+    for k in 0..directions {
         *spent += MANIFOLD_WORK;
         let (at_a, at_b) = (a.at(part), b.at(part));
         let a_from_b = at_a.inv_mul(&at_b);

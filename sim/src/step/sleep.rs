@@ -1,7 +1,7 @@
 //! Sleep: an island without the hand that has been slow for long enough, and does not accelerate, stops. It
 //! costs nothing until something touches it.
 //!
-//! The acceleration follows from the displacements x₁ and x₂ in two successive halves of that time T: `a = (x₂ − x₁)/(T/2)²`. So a
+//! The acceleration follows from the displacements x₁ and x₂ in two successive thirds of that time T: `a = (x₂ − x₁)/(T/3)²`. So a
 //! body that rolls up a slope and turns back accelerates also where it stops. In a settling heap the velocities change as much, but
 //! not twice in the same direction.
 
@@ -14,13 +14,10 @@ use std::array::from_fn;
 /// Changes of a mean velocity up to this are rounding, m/s.
 const ROUNDING: f64 = 1e-5;
 
-/// Those of a settling heap are up to this, m/s.
+/// Those of a settling heap are up to this at the surfaces, m/s.
 const NOISE: f64 = 2e-4;
 
-/// Angular velocities change by so much more, rad/m.
-const ANGULAR: f64 = 10.0;
-
-/// A change of velocity that is at most this part of the one before it is that of a motion that dies away.
+/// A motion whose velocity changes by at most this part of the change before dies away, towards the sum of a geometric series.
 const DECAY: f64 = 0.7;
 
 /// A body that moves on evenly, faster than this part of the limits of speed, is not at rest.
@@ -49,7 +46,8 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
         sleep.moved[now].iter_mut().zip(v).for_each(|(moved, v)| *moved += config.step_s * v);
         sleep.still_steps += 1;
         if sleep.still_steps == 3 * third {
-            sleep.rests = rests(config, &sleep.moved, f64::from(third) * config.step_s, model.object_radius(k));
+            sleep.rests =
+                rests(config, &sleep.moved, f64::from(third) * config.step_s, model.object_radius(k));
             sleep.moved = [sleep.moved[1], sleep.moved[2], [0.0; 6]];
             sleep.still_steps = 2 * third;
         }
@@ -152,7 +150,7 @@ mod tests {
     fn longer_steps_take_over_the_time_of_stillness() {
         let (mut exact, mut coarse) = (resting(0.001), resting(0.005));
         let command = Command::stay(exact.model(), Pose::IDENTITY);
-        for _ in 0..150 {
+        for _ in 0..100 {
             exact.step(&command);
         }
         let still = exact.state().sleep[0].still_steps;
