@@ -15,7 +15,7 @@ from palmares import Training
 from palmares.arrays import Array
 from palmares.sim import Batch
 
-STEPS_MS = (None, 2.0, 4.0)
+STEPS_MS = (None, 2.0, 4.0, 5.0, 10.0)
 """Steps; the first is the task's own"""
 HOLD_TICKS = 10
 """Ticks of an action"""
