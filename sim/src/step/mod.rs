@@ -27,6 +27,7 @@ mod midpoint_correction;
 mod momentum;
 mod passing;
 mod resolve_scratch;
+mod rolling;
 mod scratch;
 mod sleep;
 mod slip_correction;
