@@ -27,6 +27,7 @@ mod midpoint_correction;
 mod momentum;
 mod passing;
 mod resolve_scratch;
+mod rim;
 mod rolling;
 mod scratch;
 mod sleep;
