@@ -1,5 +1,6 @@
 //! The rim of a cylinder on the plane of a furniture's face, if the object of an island touches there alone.
 
+use super::impacts::MAX_TURN;
 use super::work::Work;
 use crate::config::Config;
 use crate::contact::narrow_phase::{ContactPair, ContactPoint};
@@ -65,7 +66,8 @@ impl<'a> Rim<'a> {
             return None;
         }
         let points = &work.collision.contacts.points[pair.points.clone()];
-        let (k, bears) = bearing(pair, points, model.config())?;
+        let turn = state.object_velocity(model, object).1.length() * model.config().step_s;
+        let (k, bears) = bearing(pair, points, turn, model.config())?;
         let normal = if second { bears.normal } else { -bears.normal };
         let found = &known.manifold.points[bears.point as usize];
         let (at, on_plane) =
@@ -110,21 +112,20 @@ impl<'a> Rim<'a> {
     }
 }
 
-/// The one point of a pair that bears, or that is near without a blow while none bears.
+/// The one point of a pair that bears. While none bears, the nearest one, unless its blow rebounds or is rigid ([`super::impacts`]).
 fn bearing<'a>(
     pair: &ContactPair,
     points: &'a [ContactPoint],
+    turn: f64,
     config: &Config,
 ) -> Option<(usize, &'a ContactPoint)> {
-    let loaded = points.iter().any(|point| point.anchor.loaded);
-    let bears = |point: &ContactPoint| {
-        if loaded {
-            point.anchor.loaded
-        } else {
-            point.distance + pair.initial_overlap <= config.contact_onset_m
-        }
-    };
-    let mut bearing = points.iter().enumerate().filter(|(_, point)| bears(point));
-    let found = bearing.next().filter(|(_, point)| point.approach > -config.rebound_speed)?;
-    bearing.next().is_none().then_some(found)
+    let mut bearing = points.iter().enumerate().filter(|(_, point)| point.anchor.loaded);
+    if let Some(found) = bearing.next() {
+        return bearing.next().is_none().then_some(found);
+    }
+    let nearest = points.iter().enumerate().min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))?;
+    let (_, point) = nearest;
+    let rebounds = pair.restitution > 0.0 && point.distance + pair.initial_overlap > config.contact_onset_m;
+    let strikes = point.approach < -config.rebound_speed && (pair.restitution > 0.0 || turn <= MAX_TURN);
+    (!rebounds && !strikes).then_some(nearest)
 }
