@@ -16,6 +16,9 @@ const FLAT: f64 = 0.02;
 /// A point within this distance of the rim's lowest one is that point, m.
 const SAME_M: f64 = 1e-6;
 
+/// Surfaces farther off than so many times the way of a step are not met.
+const SPARE: f64 = 1.5;
+
 /// A rim and a plane.
 pub(super) struct Rim<'a> {
     pub object: usize,
@@ -42,15 +45,15 @@ pub(super) struct Lowest {
 }
 
 impl<'a> Rim<'a> {
-    /// The rim on which the object of an island stands alone, and its point's index in the island's only pair.
+    /// The rim on which the object of an island stands alone, the place of its pair in the island, and that of its point in the pair.
     pub(super) fn find(
         model: &'a Model,
         state: &State,
         work: &Work,
         island: &Island,
-    ) -> Option<(Self, usize)> {
-        let [index] = island.pairs[..] else { return None };
-        let pair = &work.collision.contacts.pairs[index];
+    ) -> Option<(Self, usize, usize)> {
+        let place = nearest(work, island)?;
+        let pair = &work.collision.contacts.pairs[island.pairs[place]];
         let known = &state.pairs[pair.pair];
         let [a, b] = [known.key.0, known.key.1].map(|i| i as usize);
         let (object, shape, furniture, second) = match (pair.a, pair.b) {
@@ -66,8 +69,13 @@ impl<'a> Rim<'a> {
             return None;
         }
         let points = &work.collision.contacts.points[pair.points.clone()];
-        let turn = state.object_velocity(model, object).1.length() * model.config().step_s;
-        let (k, bears) = bearing(pair, points, turn, model.config())?;
+        let (linear, angular) = state.object_velocity(model, object);
+        let config = model.config();
+        if !others_are_far(work, island, place, (linear, angular), config.step_s) {
+            return None;
+        }
+        let turn = angular.length() * config.step_s;
+        let (k, bears) = bearing(pair, points, turn, config)?;
         let normal = if second { bears.normal } else { -bears.normal };
         let found = &known.manifold.points[bears.point as usize];
         let (at, on_plane) =
@@ -82,10 +90,10 @@ impl<'a> Rim<'a> {
             face: (ground, face),
             normal,
             on_plane: ground.transform_point(on_plane),
-            clearance: model.config().contact_onset_m,
+            clearance: config.contact_onset_m,
         };
         let lowest = farthest(radius, rim.cap, down) + down * shape.rounding;
-        (lowest.distance_squared(at) < SAME_M * SAME_M).then_some((rim, k))
+        (lowest.distance_squared(at) < SAME_M * SAME_M).then_some((rim, place, k))
     }
 
     /// Its lowest point in a pose of the object; `None` where more than this point may touch.
@@ -110,6 +118,37 @@ impl<'a> Rim<'a> {
         let foot = foot - normal * (normal.dot(foot) - offset);
         self.furniture.solid.is_over(face, foot) && self.furniture.seams.is_bare(face, foot)
     }
+}
+
+/// The pair of an island that bears, or else the nearest one, by its place in the island.
+fn nearest(work: &Work, island: &Island) -> Option<usize> {
+    let contacts = &work.collision.contacts;
+    let gap = |&(_, index): &(usize, &usize)| {
+        let points = &contacts.points[contacts.pairs[*index].points.clone()];
+        let bears = points.iter().any(|point| point.anchor.loaded);
+        let least = points.iter().map(|point| point.distance).fold(f64::INFINITY, f64::min);
+        if bears { f64::NEG_INFINITY } else { least }
+    };
+    let places = island.pairs.iter().enumerate();
+    places.min_by(|a, b| gap(a).total_cmp(&gap(b))).map(|(place, _)| place)
+}
+
+/// Whether no point of the island's other pairs bears or may come to bear, as fast as the object moves now.
+fn others_are_far(
+    work: &Work,
+    island: &Island,
+    place: usize,
+    (linear, angular): (Vec3, Vec3),
+    step_s: f64,
+) -> bool {
+    let contacts = &work.collision.contacts;
+    let others = island.pairs.iter().enumerate().filter(|(other, _)| *other != place);
+    others.map(|(_, index)| &contacts.pairs[*index]).all(|pair| {
+        contacts.points[pair.points.clone()].iter().all(|point| {
+            let way = SPARE * step_s * (linear.length() + angular.length() * point.r.length());
+            !point.anchor.loaded && point.distance > way
+        })
+    })
 }
 
 /// The one point of a pair that bears. While none bears, the nearest one, unless its blow rebounds or is rigid ([`super::impacts`]).

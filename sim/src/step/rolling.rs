@@ -36,14 +36,17 @@ use palmares_models::{Mat3, Pose, Vec3};
 /// Largest turn in a part of a step, rad, by the angular velocity and by the pendulum of the radius.
 const TURN: f64 = 0.15;
 
-/// Largest number of parts.
-const MAX_PARTS: f64 = 16.0;
+/// Largest number of parts; implicit Euler takes a step that needs more.
+const MAX_PARTS: f64 = 32.0;
 
 /// Largest number of repeated solves in a part: each leaves about a tenth of the error.
 const PASSES: usize = 3;
 
 /// A part is solved again where the last guess would leave the surface farther off than this, m.
 const TOLERANCE_M: f64 = 1e-7;
+
+/// Between the ends of a step, speeds up to this part of those there do not invalidate cached gaps.
+const FASTER: f64 = 1.005;
 
 /// Least dissipation time of the contact, as a part of the time of a solve. Without it the normal velocity would change its sign
 /// from one to the next and never decay.
@@ -53,8 +56,9 @@ const LEAST_DISSIPATION: f64 = 0.125;
 struct Rolling<'a> {
     model: &'a Model,
     rim: Rim<'a>,
-    /// Its only pair, and the index of its point there.
+    /// Its pair, and the places of this and of its point in the problem.
     pair: ContactPair,
+    place: usize,
     point: usize,
     /// 1 if it is the pair's second body, −1 if it is the first.
     sign: f64,
@@ -90,53 +94,64 @@ pub(super) fn step(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
 ) -> Attempt {
-    let Some((rim, point)) = Rim::find(model, state, work, island) else { return Attempt::Declined };
+    let Some((rim, place, k)) = Rim::find(model, state, work, island) else { return Attempt::Declined };
     let object = rim.object;
     let (linear, angular) = state.object_velocity(model, object);
     let mut motion = Motion { pose: state.objects[object], linear, angular };
     let pull = pull(model, &work.loads, object);
     let turn = angular.length() + (pull.length() / rim.radius).sqrt();
     let step_s = model.config().step_s;
-    let parts = (turn * step_s / TURN).ceil().clamp(1.0, MAX_PARTS);
-    let pair = work.collision.contacts.pairs[island.pairs[0]].clone();
-    let contact = work.collision.contacts.points[pair.points.start + point];
+    let parts = (turn * step_s / TURN).ceil().max(1.0);
+    if parts > MAX_PARTS {
+        return Attempt::Declined;
+    }
+    assemble(&work.input(model, state), island, step_s, problem, v);
+    for other in &mut problem.points {
+        other.law.target[2] = f64::NEG_INFINITY;
+    }
+    let pair = work.collision.contacts.pairs[island.pairs[place]].clone();
+    let contact = work.collision.contacts.points[pair.points.start + k];
     let [t1, t2] = contact.tangents;
     let rolling = Rolling {
         model,
         rim,
         sign: if matches!(pair.b, Owner::Object(_)) { 1.0 } else { -1.0 },
         pair,
-        point,
+        place,
+        point: problem.pairs[place].first + k,
         axes: [t1, t2, contact.normal],
         pull,
         torque: work.loads.get(object).map_or(Vec3::ZERO, |(_, torque)| *torque),
         h: step_s / parts,
     };
-    assemble(&work.input(model, state), island, step_s, problem, v);
-    for other in &mut problem.points {
-        other.law.target[2] = f64::NEG_INFINITY;
-    }
     let (mut anchor, mut impulse, mut lowest) = (contact.anchor, [0.0; 4], None);
+    let radius = model.object_radius(object);
+    let speed = |motion: &Motion| motion.linear.length() + motion.angular.length() * radius;
+    let (at_first, mut fastest) = (speed(&motion), 0.0f64);
     for _ in 0..parts as u32 {
         let Some((end, at_end)) = rolling.part(&motion, &anchor, work, (problem, newton), v) else {
             return Attempt::Declined;
         };
-        let point = &problem.points[point];
+        let point = &problem.points[rolling.point];
         anchor = match point.impulse[2] > 0.0 {
             true => bearing(model.config(), point, &anchor, rolling.h),
             false => Anchor { bearing: anchor.bearing_after(0.0, rolling.h), ..Anchor::IDLE },
         };
         impulse.iter_mut().zip(point.impulse).for_each(|(sum, part)| *sum += part);
+        fastest = fastest.max(speed(&end));
         (motion, lowest) = (end, Some(at_end));
     }
     let Some(lowest) = lowest else { return Attempt::Declined };
-    let solved = &mut problem.points[point];
+    let solved = &mut problem.points[rolling.point];
     solved.impulse = impulse;
     // Where it is at the end of the step.
     solved.r = motion.pose.translation + lowest.arm - rolling.pair.origin;
     solved.friction_r = solved.r;
-    let solved = *solved;
-    rolling.remember(state, work, &motion, anchor, &solved);
+    rolling.remember(state, work, island, &motion, (k, anchor), solved);
+    // Cached gaps rely on no object moving farther than the faster of its velocities at the ends of the step allows.
+    if fastest > FASTER * at_first.max(speed(&motion)) {
+        work.collision.distances.clear(model.colliders().len());
+    }
     state.objects[object] = motion.pose;
     let own = &mut state.v[model.object_dofs(object)..][..6];
     own[..3].copy_from_slice(&motion.linear.to_array());
@@ -169,7 +184,7 @@ impl Rolling<'_> {
         let (config, h) = (self.model.config(), self.h);
         let before = self.fly(start);
         let (at_start, at_middle) = (self.rim.lowest(&start.pose)?, self.rim.lowest(&before.pose)?);
-        self.place(&before, problem, v);
+        self.place(&before, anchor, problem, v);
         let (mut added, mut slip) = (before.at(at_middle.arm) - start.at(at_start.arm), anchor.slip);
         for pass in 0.. {
             let shift = self.axes.map(|axis| self.sign * axis.dot(added));
@@ -197,7 +212,7 @@ impl Rolling<'_> {
     }
 
     /// Moves the object of the problem to where its contact acts.
-    fn place(&self, before: &Motion, problem: &mut Problem, v: &mut [f64]) {
+    fn place(&self, before: &Motion, anchor: &Anchor, problem: &mut Problem, v: &mut [f64]) {
         let rotation = Mat3::from_quat(before.pose.rotation);
         let inertia = rotation * self.model.objects()[self.rim.object].inertia * rotation.transpose();
         let solved = &mut problem.objects[0];
@@ -205,7 +220,9 @@ impl Rolling<'_> {
         let momentum = [before.linear * solved.mass, inertia * before.angular + self.torque * self.h];
         problem.momentum.clear();
         problem.momentum.extend(momentum.iter().flat_map(|part| part.to_array()));
-        problem.pairs[0].origin = before.pose.translation;
+        let pair = &mut problem.pairs[self.place];
+        pair.origin = before.pose.translation;
+        pair.rolling.limit = self.pair.rolling_friction * anchor.normal_force * self.h;
         problem.fresh = true;
         v[..3].copy_from_slice(&before.linear.to_array());
         v[3..6].copy_from_slice(&before.angular.to_array());
@@ -228,26 +245,41 @@ impl Rolling<'_> {
         ConeLaw::new(self.pair.friction, tangential, normal, target).with_spin(arm, -anchor.twist / (h + tau))
     }
 
-    /// Writes the memory of the pair and the force of its point, whose impulse is that of the step.
-    fn remember(&self, state: &mut State, work: &mut Work, end: &Motion, anchor: Anchor, point: &Point) {
+    /// Writes the memory of the `k`-th point of the pair and of the idle ones, and its force, whose impulse is that of the step.
+    fn remember(
+        &self,
+        state: &mut State,
+        work: &mut Work,
+        island: &Island,
+        end: &Motion,
+        (k, anchor): (usize, Anchor),
+        point: &Point,
+    ) {
         let step_s = self.model.config().step_s;
+        let contacts = &work.collision.contacts;
+        for found in island.pairs.iter().map(|&index| &contacts.pairs[index]) {
+            let pair = &mut state.pairs[found.pair];
+            pair.mean = Anchor::default();
+            // The surfaces' points do not stay together.
+            pair.predicted = None;
+            for contact in &contacts.points[found.points.clone()] {
+                pair.manifold.points[contact.point as usize].data =
+                    Anchor { bearing: contact.anchor.bearing_after(0.0, step_s), ..Anchor::IDLE };
+            }
+        }
         let pair = &mut state.pairs[self.pair.pair];
         let first = &self.model.colliders()[pair.key.0 as usize];
-        let into_first = match first.owner {
-            Owner::Object(_) => (end.pose.rotation * first.body_from_shape.rotation).inverse(),
-            Owner::Static | Owner::Link(_) => work.collision.poses[pair.key.0 as usize].rotation.inverse(),
+        let rotation = match first.owner {
+            Owner::Object(_) => end.pose.rotation * first.body_from_shape.rotation,
+            Owner::Static | Owner::Link(_) => work.collision.poses[pair.key.0 as usize].rotation,
         };
-        let anchor = Anchor { stretch: into_first * anchor.stretch, ..anchor };
-        let contacts = &work.collision.contacts.points[self.pair.points.clone()];
-        for (k, contact) in contacts.iter().enumerate() {
-            let other = Anchor { bearing: contact.anchor.bearing_after(0.0, step_s), ..Anchor::IDLE };
-            pair.manifold.points[contact.point as usize].data = if k == self.point { anchor } else { other };
+        let contact = &contacts.points[self.pair.points.start + k];
+        let data = Anchor { stretch: rotation.inverse() * anchor.stretch, ..anchor };
+        pair.manifold.points[contact.point as usize].data = data;
+        if anchor.loaded {
+            pair.mean = Anchor { known: false, loaded: false, normal_force: 0.0, ..data };
         }
-        pair.mean = if anchor.loaded { Anchor { normal_force: 0.0, ..anchor } } else { Anchor::default() };
-        // The surfaces' points do not stay together.
-        pair.predicted = None;
         if point.impulse[2] > 0.0 {
-            let contact = &contacts[self.point];
             work.forces.contacts.push(contact_force(point, contact, &self.pair, pair.key, step_s));
         }
     }
