@@ -11,7 +11,7 @@ use crate::surface::solid::{Solid, farthest};
 use palmares_models::{Pose, Vec3};
 
 /// Sine of the tilt below which a cap bears with its corners, too.
-const FLAT: f64 = 0.02;
+const FLAT: f64 = 0.1;
 
 /// A point within this distance of the rim's lowest one is that point, m.
 const SAME_M: f64 = 1e-6;

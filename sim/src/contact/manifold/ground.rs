@@ -29,10 +29,12 @@ pub(super) fn corners(
         Overlap { x: at.dot(across.x), y: at.dot(across.y), heights: [0.0, height], ids }
     };
     let rim = solid.rim(-normal);
-    let raised = rim.map_or(0.0, |rim| rim::recede(rim.radius, rim.sine));
+    let lowest = rim.map(|rim| (rim, (rim.at - on_plane).dot(normal)));
     let of_face = |corner: &Corner| {
         let mut placed = place(corner.at, corner.id);
-        placed.heights[1] += raised;
+        if let Some((rim, lowest)) = &lowest {
+            placed.heights[1] += rim::recede(rim, placed.heights[1] - lowest);
+        }
         placed
     };
     let face: Vec<Overlap> = feature.corners.iter().map(of_face).collect();

@@ -327,8 +327,11 @@ impl Finder {
             let lowest =
                 clip::on_face(if k == 0 { of_b } else { of_a }, at, away * rim::fade(rim.sine), &across, k);
             if lowest.is_some() {
-                let raised = away * rim::recede(rim.radius, rim.sine);
-                overlap.iter_mut().for_each(|corner| corner.heights[k] += raised);
+                let height = at.dot(axis.normal);
+                for corner in overlap.iter_mut() {
+                    let above = away * (corner.heights[k] - height);
+                    corner.heights[k] += away * rim::recede(&rim, above);
+                }
             }
             beside.extend(lowest);
         }
