@@ -29,6 +29,7 @@ pub mod record;
 pub mod recorder;
 pub mod rigs;
 pub mod robust;
+mod rolling_disc;
 #[cfg(test)]
 mod steady;
 pub mod sweep;

@@ -28,6 +28,16 @@ pub enum Facing {
 }
 
 impl Facing {
+    /// The face, if it is the first shape's.
+    pub(crate) fn of_first(self) -> Option<u32> {
+        if let Facing::First(face) = self { Some(face) } else { None }
+    }
+
+    /// The face, if it is the second shape's.
+    pub(crate) fn of_second(self) -> Option<u32> {
+        if let Facing::Second(face) = self { Some(face) } else { None }
+    }
+
     pub(crate) fn code(self) -> u64 {
         match self {
             Facing::None => 0,

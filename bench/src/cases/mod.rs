@@ -30,6 +30,7 @@ pub mod pour;
 pub mod random_heap;
 pub mod reflex;
 pub mod residuals;
+pub mod rims;
 pub mod robustness;
 pub mod rolling;
 pub mod rubbing;
@@ -73,6 +74,7 @@ pub const GROUPS: &[&[Case]] = &[
     rolling::CASES,
     stacking::CASES,
     mechanism::CASES,
+    rims::CASES,
     robustness::CASES,
     residuals::CASES,
     impact::CASES,

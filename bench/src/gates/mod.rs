@@ -24,6 +24,7 @@ mod placed;
 mod pour;
 mod random;
 mod reflex;
+mod rims;
 mod robustness;
 mod rolling;
 mod rubbing;

@@ -17,7 +17,6 @@ fn a_top_keeps_its_angular_momentum_about_the_vertical() {
 }
 
 #[test]
-#[ignore = "a known error of docs/physics.md: the contact leaves the lowest point of a rim"]
 fn a_coin_on_its_rim_keeps_its_energy() {
     // Rolling costs nothing; the required bound.
     at_most("coin_rim", &STEPS.map(|dt| (dt, 0.5)));

@@ -41,6 +41,8 @@ pub const SCENES: &[Scene] = &[
     flat!("ball_spin", 1e-6),
     flat!("top_momentum", 0.1),
     flat!("coin_rim", 0.5),
+    flat!("rim_kinds", 0.5),
+    flat!("rim_place", 1e-6),
     flat!("break_mirror", 1e-9),
     at("dry_joint", DRY),
     at("dry_contact", DRY),

@@ -3,6 +3,7 @@
 use super::forces::StepForces;
 use super::impacts::{ObjectImpact, on_object};
 use crate::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
+use crate::config::Config;
 use crate::contact::collide::Collision;
 use crate::contact::narrow_phase::{ContactPair, ContactPoint};
 use crate::dynamics::spatial::SpatialVelocity;
@@ -23,7 +24,7 @@ pub(super) fn remember(
     forces: &mut StepForces,
 ) {
     let config = model.config();
-    let (h, tau) = (config.step_s, config.contact_dissipation_s);
+    let h = config.step_s;
     // The search has already blanked points that were not worth solving.
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let found = &collision.contacts.pairs[index];
@@ -32,10 +33,8 @@ pub(super) fn remember(
         let (mut mean, mut loaded) = (Anchor::default(), 0.0);
         let points = &collision.contacts.points[found.points.clone()];
         for (point, contact) in problem.points[solved.first..solved.end].iter().zip(points) {
-            let [t1, t2, normal] = point.axes;
-            let [g1, g2, gn, gs] = point.impulse;
             let data = &mut pair.manifold.points[contact.point as usize].data;
-            if gn <= 0.0 {
+            if point.impulse[2] <= 0.0 {
                 *data = Anchor { bearing: contact.anchor.bearing_after(0.0, h), ..Anchor::IDLE };
                 continue;
             }
@@ -56,31 +55,13 @@ pub(super) fn remember(
                 }
                 continue;
             }
-            let mut friction = t1 * g1 + t2 * g2;
-            // The law used the stretch's projection on the tangent plane.
-            let mut before = t1 * contact.anchor.stretch.dot(t1) + t2 * contact.anchor.stretch.dot(t2);
-            // Stretch and twist are one vector, as slip and spin are one cone: twist is along the normal.
-            let spins = point.law.arm > 0.0;
-            if spins {
-                friction += normal * gs;
-                before += normal * contact.anchor.twist;
-            }
-            let mut stretch = stretch_after(before, friction, config.anchor_stiffness, tau, h);
-            let slip = point.law.slip_speed(point.velocity, point.impulse);
-            if slip > 0.0 {
-                stretch = stretch_sliding(stretch, friction, config.anchor_stiffness, h);
-            }
-            let twist = if spins { stretch.dot(normal) } else { 0.0 };
-            let stretch = if spins { stretch - normal * twist } else { stretch };
-            let normal_force = gn / h;
-            let bearing = contact.anchor.bearing_after(normal_force, h);
-            let stretch = into_a * stretch;
-            *data = Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing };
+            let anchor = bearing(config, point, &contact.anchor, h);
+            *data = Anchor { stretch: into_a * anchor.stretch, ..anchor };
             loaded += 1.0;
             mean.stretch += data.stretch;
             mean.twist += data.twist;
-            mean.slip += slip;
-            mean.bearing += bearing;
+            mean.slip += data.slip;
+            mean.bearing += data.bearing;
             forces.contacts.push(contact_force(point, contact, found, pair.key, h));
         }
         if loaded > 0.0 {
@@ -97,8 +78,35 @@ pub(super) fn remember(
     }
 }
 
+/// Memory of a bearing point after a time h with the impulse of its solution, s, from its memory before; stretches are in world
+/// axes.
+pub(super) fn bearing(config: &Config, point: &Point, before: &Anchor, h: f64) -> Anchor {
+    let tau = config.contact_dissipation_s;
+    let [t1, t2, normal] = point.axes;
+    let [g1, g2, gn, gs] = point.impulse;
+    let mut friction = t1 * g1 + t2 * g2;
+    // The law used the stretch's projection on the tangent plane.
+    let mut stretched = t1 * before.stretch.dot(t1) + t2 * before.stretch.dot(t2);
+    // Stretch and twist are one vector, as slip and spin are one cone: twist is along the normal.
+    let spins = point.law.arm > 0.0;
+    if spins {
+        friction += normal * gs;
+        stretched += normal * before.twist;
+    }
+    let mut stretch = stretch_after(stretched, friction, config.anchor_stiffness, tau, h);
+    let slip = point.law.slip_speed(point.velocity, point.impulse);
+    if slip > 0.0 {
+        stretch = stretch_sliding(stretch, friction, config.anchor_stiffness, h);
+    }
+    let twist = if spins { stretch.dot(normal) } else { 0.0 };
+    let stretch = if spins { stretch - normal * twist } else { stretch };
+    let normal_force = gn / h;
+    let bearing = before.bearing_after(normal_force, h);
+    Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing }
+}
+
 /// A contact in the solution.
-fn contact_force(
+pub(super) fn contact_force(
     point: &Point,
     contact: &ContactPoint,
     found: &ContactPair,

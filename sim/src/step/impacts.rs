@@ -21,7 +21,7 @@ const GAIN: f64 = 1e-5;
 const DETOUR: f64 = 0.01;
 
 /// The spring of the contact stops a body that turns by more than this in a step, rad.
-const MAX_TURN: f64 = 0.01;
+pub(super) const MAX_TURN: f64 = 0.01;
 
 /// Rebound of an object within a step.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use super::method::{Attempt, Method};
 use super::scratch::Scratch;
 use super::work::Work;
-use super::{bdf2, cash_karp, euler};
+use super::{bdf2, cash_karp, euler, rolling};
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
@@ -26,6 +26,9 @@ pub(super) fn step(
     let attempt = match method {
         Method::CashKarp => cash_karp::step(model, state, work, stages.get_or_insert_default()),
         Method::Bdf2 => bdf2::step(model, state, work, history, island, (problem, newton), v),
+        Method::Euler if island.is_lone_object() => {
+            rolling::step(model, state, work, island, (problem, newton), v)
+        }
         Method::Euler => Attempt::Declined,
     };
     if attempt == Attempt::Taken {

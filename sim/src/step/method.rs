@@ -10,7 +10,8 @@ pub(super) enum Method {
     CashKarp,
     /// Backward differentiation of second order ([`super::bdf2`]).
     Bdf2,
-    /// Implicit Euler ([`super::euler`]), which takes every step.
+    /// Implicit Euler ([`super::euler`]), which takes every step; that of an object alone on a rim is offered to
+    /// [`super::rolling`] first.
     Euler,
 }
 

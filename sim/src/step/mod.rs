@@ -28,6 +28,8 @@ mod midpoint_correction;
 mod momentum;
 mod passing;
 mod resolve_scratch;
+mod rim;
+mod rolling;
 mod scratch;
 mod sleep;
 mod slip_correction;

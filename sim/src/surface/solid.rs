@@ -218,17 +218,32 @@ impl Solid {
         }
     }
 
-    /// For a cylinder that shows a cap: the point of its rim that is farthest along `direction`, and the sine
-    /// of the angle between direction and cap.
-    pub fn rim(&self, direction: Vec3) -> Option<(Vec3, f64)> {
-        let Solid::Cylinder { radius, half_length } = self else { return None };
-        let across = Vec3::new(direction.x, 0.0, direction.z);
-        let sine = across.length();
+    /// The rim of the cap that a cylinder shows in a direction.
+    pub fn rim(&self, direction: Vec3) -> Option<Rim> {
+        let Solid::Cylinder { radius, half_length } = *self else { return None };
+        let sine = Vec3::new(direction.x, 0.0, direction.z).length();
         if direction.y.abs() < CAP_COSINE || sine == 0.0 {
             return None;
         }
-        Some((across * (radius / sine) + Vec3::Y * half_length.copysign(direction.y), sine))
+        Some(Rim { at: farthest(radius, half_length.copysign(direction.y), direction), sine, radius })
     }
+}
+
+/// The rim of a cylinder's cap and a direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Rim {
+    /// Its farthest point along the direction, m.
+    pub at: Vec3,
+    /// Sine of the angle between the direction and the axis.
+    pub sine: f64,
+    /// m
+    pub radius: f64,
+}
+
+/// The point of a circle about the y axis, at this height, that is farthest along a direction.
+pub(crate) fn farthest(radius: f64, y: f64, direction: Vec3) -> Vec3 {
+    let across = Vec3::new(direction.x, 0.0, direction.z);
+    across.normalize_or_zero() * radius + Vec3::Y * y
 }
 
 /// Id of the rim's lowest point among a cylinder's corners.

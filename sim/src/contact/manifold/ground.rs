@@ -3,7 +3,7 @@
 use super::clip::Overlap;
 use super::patch;
 use super::rim;
-use crate::surface::solid::{Feature, Solid};
+use crate::surface::solid::{Corner, Feature, Solid};
 use palmares_models::Vec3;
 use parry3d_f64::shape::PackedFeatureId;
 
@@ -28,7 +28,16 @@ pub(super) fn corners(
         let ids = [PackedFeatureId::face(0), PackedFeatureId::vertex(id)];
         Overlap { x: at.dot(across.x), y: at.dot(across.y), heights: [0.0, height], ids }
     };
-    let face: Vec<Overlap> = feature.corners.iter().map(|corner| place(corner.at, corner.id)).collect();
+    let rim = solid.rim(-normal);
+    let lowest = rim.map(|rim| (rim, (rim.at - on_plane).dot(normal)));
+    let of_face = |corner: &Corner| {
+        let mut placed = place(corner.at, corner.id);
+        if let Some((rim, lowest)) = &lowest {
+            placed.heights[1] += rim::recede(rim, placed.heights[1] - lowest);
+        }
+        placed
+    };
+    let face: Vec<Overlap> = feature.corners.iter().map(of_face).collect();
     let mut near: Vec<Overlap> = face.iter().copied().filter(|corner| corner.distance() <= reach).collect();
     patch::reduce(&mut near, solid.is_cylinder());
     let lever = patch::lever(&face, if near.is_empty() { &face } else { &near });
@@ -41,9 +50,9 @@ pub(super) fn corners(
         beside.truncate(MAX_OTHER_CORNERS);
         near.extend(beside);
     }
-    if let Some((at, sine)) = solid.rim(-normal) {
-        let mut corner = place(at, crate::surface::solid::RIM);
-        corner.heights[1] += rim::fade(sine);
+    if let Some(rim) = rim {
+        let mut corner = place(rim.at, crate::surface::solid::RIM);
+        corner.heights[1] += rim::fade(rim.sine);
         if corner.distance() <= reach {
             near.push(corner);
         }

@@ -321,10 +321,19 @@ impl Finder {
         beside.clear();
         for (k, solid) in [&a.solid, &b.solid].into_iter().enumerate() {
             let direction = if k == 0 { axis.normal } else { in_b };
-            let Some((at, sine)) = solid.rim(direction) else { continue };
-            let at = if k == 0 { at } else { a_from_b.transform_point(at) };
-            let lifted = if k == 0 { -rim::fade(sine) } else { rim::fade(sine) };
-            beside.extend(clip::on_face(if k == 0 { of_b } else { of_a }, at, lifted, &across, k));
+            let Some(rim) = solid.rim(direction) else { continue };
+            let at = if k == 0 { rim.at } else { a_from_b.transform_point(rim.at) };
+            let away = if k == 0 { -1.0 } else { 1.0 };
+            let lowest =
+                clip::on_face(if k == 0 { of_b } else { of_a }, at, away * rim::fade(rim.sine), &across, k);
+            if lowest.is_some() {
+                let height = at.dot(axis.normal);
+                for corner in overlap.iter_mut() {
+                    let above = away * (corner.heights[k] - height);
+                    corner.heights[k] += away * rim::recede(&rim, above);
+                }
+            }
+            beside.extend(lowest);
         }
         beside.retain(|corner| corner.distance() <= reach);
     }
