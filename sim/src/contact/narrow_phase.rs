@@ -10,6 +10,7 @@
 //! 6. the points that can touch become a contact (`collect`).
 
 use super::broad_phase::separation;
+use super::dead_blow::strike;
 use super::distance_cache::DistanceCache;
 use super::gap::still_separated;
 use super::manifold::Finder;
@@ -318,6 +319,10 @@ impl Contacts {
         self.collect(pair, &poses[i], &poses[j], origin, relative, (reach, fastest, config));
         if self.points.len() > first {
             let friction = pair_friction(a, b);
+            let restitution = a.restitution.max(b.restitution);
+            if restitution == 0.0 {
+                strike(config, &mut self.points[first..], || lighter(bodies.model, a.owner, b.owner));
+            }
             self.pairs.push(ContactPair {
                 a: a.owner,
                 b: b.owner,
@@ -325,7 +330,7 @@ impl Contacts {
                 friction,
                 rolling_friction: a.rolling_friction.max(b.rolling_friction),
                 spin: SpinLaw::between(&a.spin, &b.spin, friction),
-                restitution: a.restitution.max(b.restitution),
+                restitution,
                 initial_overlap: pair.initial_overlap,
                 beside: poses[i].rotation * pair.beside,
                 points: first..self.points.len(),
@@ -403,6 +408,16 @@ impl Contacts {
             }
         }
     }
+}
+
+/// Mass of the lighter of two bodies, kg.
+fn lighter(model: &Model, a: Owner, b: Owner) -> f64 {
+    let mass = |owner: Owner| match owner {
+        Owner::Static => f64::INFINITY,
+        Owner::Link(i) => model.hand().map_or(f64::INFINITY, |hand| hand.links[i].inertia.mass),
+        Owner::Object(k) => model.objects()[k].mass,
+    };
+    mass(a).min(mass(b))
 }
 
 /// A point of a patch resists spin at a distance from the middle. This part of its square is the offset of the

@@ -4,6 +4,7 @@ use super::forces::StepForces;
 use super::impacts::{ObjectImpact, on_object};
 use crate::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
 use crate::contact::collide::Collision;
+use crate::contact::dead_blow::{after_step, weighed};
 use crate::contact::narrow_phase::{ContactPair, ContactPoint};
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::Model;
@@ -36,7 +37,10 @@ pub(super) fn remember(
             let [g1, g2, gn, gs] = point.impulse;
             let data = &mut pair.manifold.points[contact.point as usize].data;
             if gn <= 0.0 {
-                *data = Anchor { bearing: contact.anchor.bearing_after(0.0, h), ..Anchor::IDLE };
+                // Surfaces that part out of a blow's overlap are still in it.
+                let overlaps = contact.distance + found.initial_overlap + h * point.velocity[2] < 0.0;
+                let struck_s = if overlaps { after_step(config, contact.anchor.struck_s) } else { 0.0 };
+                *data = Anchor { bearing: contact.anchor.bearing_after(0.0, h), struck_s, ..Anchor::IDLE };
                 continue;
             }
             // The instantaneous impulse of a rebound gives no information about the next step.
@@ -65,7 +69,9 @@ pub(super) fn remember(
                 friction += normal * gs;
                 before += normal * contact.anchor.twist;
             }
-            let mut stretch = stretch_after(before, friction, config.anchor_stiffness, tau, h);
+            let struck_s = contact.anchor.struck_s;
+            let mut stretch =
+                stretch_after(before, friction, config.anchor_stiffness, tau.max(struck_s), h);
             let slip = point.law.slip_speed(point.velocity, point.impulse);
             if slip > 0.0 {
                 stretch = stretch_sliding(stretch, friction, config.anchor_stiffness, h);
@@ -75,12 +81,14 @@ pub(super) fn remember(
             let normal_force = gn / h;
             let bearing = contact.anchor.bearing_after(normal_force, h);
             let stretch = into_a * stretch;
-            *data = Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing };
+            let struck_s = after_step(config, weighed(config, contact, gn, point.velocity[2]));
+            *data = Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing, struck_s };
             loaded += 1.0;
             mean.stretch += data.stretch;
             mean.twist += data.twist;
             mean.slip += slip;
             mean.bearing += bearing;
+            mean.struck_s = mean.struck_s.max(struck_s);
             forces.contacts.push(contact_force(point, contact, found, pair.key, h));
         }
         if loaded > 0.0 {
