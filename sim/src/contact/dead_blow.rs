@@ -8,40 +8,94 @@
 //!
 //! and the time runs out as it passes: τ_b falls by h in every step until it is the usual τ. Surfaces part at δ/τ_b with the overlap δ,
 //! so that their speed stays the same and no force acts between them while δ and τ_b fall together. A damper only takes energy.
+//!
+//! A blow passes through other contacts of its island, which yield before they approach. They take such a time, too.
 
-use super::narrow_phase::ContactPoint;
+use super::narrow_phase::{ContactPoint, Contacts};
 use crate::config::Config;
+use crate::model::{Model, Owner};
+use crate::solver::island::Island;
+use crate::solver::problem::Problem;
 
-/// Ratio ζ of the damper to the critical one: the part `1/(4 ζ²)` of the speed returns, a thousandth.
+/// Ratio ζ of the damper to the critical one.
 const DAMPING: f64 = 16.0;
+
+/// Part of its speed that a blow returns.
+const RETURNED: f64 = 0.25 / (DAMPING * DAMPING);
 
 /// A blow that takes less than this part of the speed in its first step weighs no more than one that takes it.
 const STOPPED: f64 = 0.1;
 
 /// Dissipation time of a blow of this mass, s.
-pub(crate) fn dissipation_s(config: &Config, mass: f64) -> f64 {
+fn dissipation_s(config: &Config, mass: f64) -> f64 {
     2.0 * DAMPING * (mass / config.contact_stiffness).sqrt()
 }
 
-/// Starts the blows of points whose surfaces approach fast; `mass`, kg, is no less than what meets in them.
-pub(crate) fn strike(config: &Config, points: &mut [ContactPoint], mass: impl Fn() -> f64) {
-    for point in points {
-        if point.approach < -config.rebound_speed {
-            point.anchor.struck_s = point.anchor.struck_s.max(dissipation_s(config, mass()));
-        }
-    }
+/// Mass of the lighter of two bodies, kg.
+fn lighter(model: &Model, bodies: [Owner; 2]) -> f64 {
+    let mass = |owner: Owner| match owner {
+        Owner::Static => f64::INFINITY,
+        Owner::Link(i) => model.hand().map_or(f64::INFINITY, |hand| hand.links[i].inertia.mass),
+        Owner::Object(k) => model.objects()[k].mass,
+    };
+    mass(bodies[0]).min(mass(bodies[1]))
 }
 
-/// The same for a struck point whose blow, `impulse` beside its load, N s, has changed the normal velocity to `after`, m/s: what meets
-/// in it may lean on other bodies.
-pub(crate) fn weighed(config: &Config, point: &ContactPoint, impulse: f64, after: f64) -> f64 {
-    let struck_s = point.anchor.struck_s;
-    if point.approach >= -config.rebound_speed || struck_s == 0.0 {
-        return struck_s;
+/// Starts the blows of two bodies' points that they approach fast; true if there is any.
+pub(crate) fn strike(model: &Model, bodies: [Owner; 2], points: &mut [ContactPoint]) -> bool {
+    let config = model.config();
+    let mut any = false;
+    for point in points {
+        if point.approach < -config.rebound_speed {
+            let struck_s = dissipation_s(config, lighter(model, bodies));
+            point.anchor.struck_s = point.anchor.struck_s.max(struck_s);
+            any = true;
+        }
     }
-    let blow = impulse - point.anchor.normal_force * config.step_s;
-    let change = (after - point.approach).max(-STOPPED * point.approach);
-    struck_s.max(dissipation_s(config, blow.max(0.0) / change))
+    any
+}
+
+/// Speed of the fastest blow that acts in the solution of an island's step, m/s; 0 without one.
+pub(crate) fn fastest(config: &Config, contacts: &Contacts, island: &Island, problem: &Problem) -> f64 {
+    let mut fastest: f64 = 0.0;
+    if !contacts.struck {
+        return fastest;
+    }
+    for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
+        let found = &contacts.points[contacts.pairs[index].points.clone()];
+        for (point, found) in problem.points[solved.first..solved.end].iter().zip(found) {
+            if found.anchor.struck_s > 0.0 && point.impulse[2] > 0.0 && found.approach < -config.rebound_speed {
+                fastest = fastest.max(-found.approach);
+            }
+        }
+    }
+    fastest
+}
+
+/// Dissipation time of a point that bears after a step, s. `blow` is the speed of the fastest blow of the step, m/s; the point
+/// has this normal `impulse`, N s, and ends at the normal velocity `after`, m/s.
+pub(crate) fn hold(
+    model: &Model,
+    bodies: [Owner; 2],
+    point: &ContactPoint,
+    blow: f64,
+    (impulse, after): (f64, f64),
+) -> f64 {
+    let config = model.config();
+    let h = config.step_s;
+    let mut struck_s = point.anchor.struck_s;
+    if blow > 0.0 && after < -RETURNED * blow {
+        // What it yields in the step returns as slowly as the blow.
+        let yielded_s = -after * h / (RETURNED * blow);
+        struck_s = struck_s.max(dissipation_s(config, lighter(model, bodies))).max(yielded_s);
+    }
+    if struck_s > 0.0 && point.approach < -config.rebound_speed {
+        // What meets may lean on other bodies.
+        let own = (impulse - point.anchor.normal_force * h).max(0.0);
+        let change = (after - point.approach).max(-STOPPED * point.approach);
+        struck_s = struck_s.max(dissipation_s(config, own / change));
+    }
+    after_step(config, struck_s)
 }
 
 /// What is left of a blow's dissipation time after a step, s.

@@ -91,6 +91,8 @@ pub struct Contacts {
     pub pairs: Vec<ContactPair>,
     /// Grouped by pair.
     pub points: Vec<ContactPoint>,
+    /// Whether surfaces without restitution approach fast ([`dead_blow`](super::dead_blow)).
+    pub struck: bool,
     /// Limits for the reuse of a cached manifold of flat and of round shapes: cosine of the turn and square
     /// of the distance.
     reuse: Option<[(f64, f64); 2]>,
@@ -200,6 +202,7 @@ impl Contacts {
         let (model, config) = (bodies.model, bodies.model.config());
         self.pairs.clear();
         self.points.clear();
+        self.struck = false;
         let reuse = *self.reuse.get_or_insert_with(|| {
             let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
             [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
@@ -321,7 +324,7 @@ impl Contacts {
             let friction = pair_friction(a, b);
             let restitution = a.restitution.max(b.restitution);
             if restitution == 0.0 {
-                strike(config, &mut self.points[first..], || lighter(bodies.model, a.owner, b.owner));
+                self.struck |= strike(bodies.model, [a.owner, b.owner], &mut self.points[first..]);
             }
             self.pairs.push(ContactPair {
                 a: a.owner,
@@ -408,16 +411,6 @@ impl Contacts {
             }
         }
     }
-}
-
-/// Mass of the lighter of two bodies, kg.
-fn lighter(model: &Model, a: Owner, b: Owner) -> f64 {
-    let mass = |owner: Owner| match owner {
-        Owner::Static => f64::INFINITY,
-        Owner::Link(i) => model.hand().map_or(f64::INFINITY, |hand| hand.links[i].inertia.mass),
-        Owner::Object(k) => model.objects()[k].mass,
-    };
-    mass(a).min(mass(b))
 }
 
 /// A point of a patch resists spin at a distance from the middle. This part of its square is the offset of the

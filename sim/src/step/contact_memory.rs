@@ -4,7 +4,7 @@ use super::forces::StepForces;
 use super::impacts::{ObjectImpact, on_object};
 use crate::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
 use crate::contact::collide::Collision;
-use crate::contact::dead_blow::{after_step, weighed};
+use crate::contact::dead_blow::{after_step, fastest, hold};
 use crate::contact::narrow_phase::{ContactPair, ContactPoint};
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::Model;
@@ -25,6 +25,7 @@ pub(super) fn remember(
 ) {
     let config = model.config();
     let (h, tau) = (config.step_s, config.contact_dissipation_s);
+    let blow = fastest(config, &collision.contacts, island, problem);
     // The search has already blanked points that were not worth solving.
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let found = &collision.contacts.pairs[index];
@@ -81,7 +82,7 @@ pub(super) fn remember(
             let normal_force = gn / h;
             let bearing = contact.anchor.bearing_after(normal_force, h);
             let stretch = into_a * stretch;
-            let struck_s = after_step(config, weighed(config, contact, gn, point.velocity[2]));
+            let struck_s = hold(model, [found.a, found.b], contact, blow, (gn, point.velocity[2]));
             *data = Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing, struck_s };
             loaded += 1.0;
             mean.stretch += data.stretch;
