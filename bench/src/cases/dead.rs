@@ -9,7 +9,8 @@ use crate::rigs::{Finger, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Geom, HingeKind};
 use palmares_models::shape::Shape;
-use palmares_models::{Pose, Vec3};
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::State;
 use std::sync::Arc;
 
 /// Cases of this file.
@@ -35,8 +36,10 @@ fn ball() -> Shape {
     Shape::Sphere { radius: BALL_M }
 }
 
-/// Throws the last body of a scene, the ball, along −z at something whose inverse mass at the point hit is `inverse`, 1/kg. A plastic
-/// blow has the impulse `v/(1/m + inverse)`; a larger one returns speed. The part of the speed of approach that returns.
+/// Throws the last body of a scene, the ball, along −z at something whose inverse mass at the point hit is `inverse`, 1/kg, and which
+/// the ball touches with its middle at a `height`, m, over it. The part of the speed of approach with which the surfaces part, or that
+/// a plastic blow, of impulse `v/(1/m + inverse)`, would take and this one does not. The impulse may be larger: what turns in the
+/// blow pushes on.
 fn returned(
     setup: &Setup,
     recorder: &mut Recorder,
@@ -44,6 +47,7 @@ fn returned(
     gap: f64,
     (mass, speed): (f64, f64),
     inverse: f64,
+    height: impl Fn(&State) -> f64,
 ) -> Result<f64> {
     let (mut engine, command) = scene.start(setup)?;
     let last = engine.model().objects().len() - 1;
@@ -51,7 +55,11 @@ fn returned(
     let count = ((gap / speed + AFTER_S) / setup.dt_s).ceil() as u64;
     recorder.steps(&mut *engine, &command, count)?;
     let impulse = mass * (velocity(&*engine, last).0.z + speed);
-    Ok((impulse * (1.0 / mass + inverse) / speed - 1.0).abs())
+    let missing = 1.0 - impulse * (1.0 / mass + inverse) / speed;
+    let before = height(engine.state());
+    recorder.step(&mut *engine, &command)?;
+    let parts = (height(engine.state()) - before) / setup.dt_s;
+    Ok(missing.max(parts / speed))
 }
 
 /// A free body of these edges and mass without weight, hit `aside` from its middle.
@@ -65,7 +73,11 @@ fn free_body(setup: &Setup, recorder: &mut Recorder, edges: [f64; 3], mass: f64,
                 .body(cuboid(x, y, z), mass, 0.0, Pose::IDENTITY)?
                 .body(ball(), blow.0, 0.0, Pose::translation(aside, 0.0, 0.5 * z + BALL_M + gap))?;
             let inverse = 1.0 / mass + aside * aside / inertia;
-            worst = worst.max(returned(setup, recorder, scene, gap, blow, inverse)?);
+            let height = |state: &State| {
+                let [body, ball] = [&state.objects[0], &state.objects[1]];
+                (body.inverse() * *ball).translation.z
+            };
+            worst = worst.max(returned(setup, recorder, scene, gap, blow, inverse, height)?);
         }
     }
     Ok(worst)
@@ -154,8 +166,7 @@ pub fn dead_hand(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     for gap in GAPS_M {
         let upright = Pose::IDENTITY;
         // An axis along y turns the finger about it.
-        let across =
-            Pose::from_rotation(palmares_models::Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2));
+        let across = Pose::from_rotation(Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2));
         let kinds = [
             (HingeKind::Prismatic, upright, 0.0, 1.0 / mass),
             (HingeKind::Revolute, across, arm, arm * arm / inertia),
@@ -182,7 +193,15 @@ pub fn dead_hand(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
                 0.0,
                 Pose::translation(aside, 0.0, half + BALL_M + gap),
             )?;
-            worst = worst.max(returned(setup, recorder, scene, gap, (BALL_KG, SPEED), inverse)?);
+            let height = |state: &State| {
+                let moved = match kind {
+                    HingeKind::Prismatic => Pose::translation(0.0, 0.0, state.q[0]),
+                    HingeKind::Revolute => Pose::from_rotation(Rotation::from_rotation_z(state.q[0])),
+                };
+                let finger = base_from_hinge * moved * base_from_hinge.inverse();
+                (finger.inverse() * state.objects[0]).translation.z
+            };
+            worst = worst.max(returned(setup, recorder, scene, gap, (BALL_KG, SPEED), inverse, height)?);
         }
     }
     Ok(finding(recorder, worst))

@@ -18,10 +18,16 @@ use crate::solver::island::Island;
 use crate::solver::problem::Problem;
 
 /// Ratio ζ of the damper to the critical one.
-const DAMPING: f64 = 16.0;
+const DAMPING: f64 = 12.0;
 
 /// Part of its speed that a blow returns.
 const RETURNED: f64 = 0.25 / (DAMPING * DAMPING);
+
+/// A blow passes through the contacts that yield with more than this part of its speed.
+const PASSED: f64 = 0.1 * RETURNED;
+
+/// The dissipation time of such a contact is at most so many times that of its mass: harder ones make steps of a heap hard to solve.
+const LONGEST: f64 = 2.0;
 
 /// A blow that takes less than this part of the speed in its first step weighs no more than one that takes it.
 const STOPPED: f64 = 0.1;
@@ -64,7 +70,8 @@ pub(crate) fn fastest(config: &Config, contacts: &Contacts, island: &Island, pro
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let found = &contacts.points[contacts.pairs[index].points.clone()];
         for (point, found) in problem.points[solved.first..solved.end].iter().zip(found) {
-            if found.anchor.struck_s > 0.0 && point.impulse[2] > 0.0 && found.approach < -config.rebound_speed {
+            if found.anchor.struck_s > 0.0 && point.impulse[2] > 0.0 && found.approach < -config.rebound_speed
+            {
                 fastest = fastest.max(-found.approach);
             }
         }
@@ -84,10 +91,11 @@ pub(crate) fn hold(
     let config = model.config();
     let h = config.step_s;
     let mut struck_s = point.anchor.struck_s;
-    if blow > 0.0 && after < -RETURNED * blow {
+    if blow > 0.0 && after < -PASSED * blow {
+        let own_s = dissipation_s(config, lighter(model, bodies));
         // What it yields in the step returns as slowly as the blow.
         let yielded_s = -after * h / (RETURNED * blow);
-        struck_s = struck_s.max(dissipation_s(config, lighter(model, bodies))).max(yielded_s);
+        struck_s = struck_s.max(yielded_s.clamp(own_s, LONGEST * own_s));
     }
     if struck_s > 0.0 && point.approach < -config.rebound_speed {
         // What meets may lean on other bodies.

@@ -10,7 +10,6 @@
 //! 6. the points that can touch become a contact (`collect`).
 
 use super::broad_phase::separation;
-use super::dead_blow::strike;
 use super::distance_cache::DistanceCache;
 use super::gap::still_separated;
 use super::manifold::Finder;
@@ -91,7 +90,7 @@ pub struct Contacts {
     pub pairs: Vec<ContactPair>,
     /// Grouped by pair.
     pub points: Vec<ContactPoint>,
-    /// Whether surfaces without restitution approach fast ([`dead_blow`](super::dead_blow)).
+    /// Whether a dead blow is due; found before the islands are solved ([`dead_blow`](super::dead_blow)).
     pub struck: bool,
     /// Limits for the reuse of a cached manifold of flat and of round shapes: cosine of the turn and square
     /// of the distance.
@@ -322,10 +321,6 @@ impl Contacts {
         self.collect(pair, &poses[i], &poses[j], origin, relative, (reach, fastest, config));
         if self.points.len() > first {
             let friction = pair_friction(a, b);
-            let restitution = a.restitution.max(b.restitution);
-            if restitution == 0.0 {
-                self.struck |= strike(bodies.model, [a.owner, b.owner], &mut self.points[first..]);
-            }
             self.pairs.push(ContactPair {
                 a: a.owner,
                 b: b.owner,
@@ -333,7 +328,7 @@ impl Contacts {
                 friction,
                 rolling_friction: a.rolling_friction.max(b.rolling_friction),
                 spin: SpinLaw::between(&a.spin, &b.spin, friction),
-                restitution,
+                restitution: a.restitution.max(b.restitution),
                 initial_overlap: pair.initial_overlap,
                 beside: poses[i].rotation * pair.beside,
                 points: first..self.points.len(),

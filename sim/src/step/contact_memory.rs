@@ -71,8 +71,7 @@ pub(super) fn remember(
                 before += normal * contact.anchor.twist;
             }
             let struck_s = contact.anchor.struck_s;
-            let mut stretch =
-                stretch_after(before, friction, config.anchor_stiffness, tau.max(struck_s), h);
+            let mut stretch = stretch_after(before, friction, config.anchor_stiffness, tau.max(struck_s), h);
             let slip = point.law.slip_speed(point.velocity, point.impulse);
             if slip > 0.0 {
                 stretch = stretch_sliding(stretch, friction, config.anchor_stiffness, h);
@@ -83,7 +82,8 @@ pub(super) fn remember(
             let bearing = contact.anchor.bearing_after(normal_force, h);
             let stretch = into_a * stretch;
             let struck_s = hold(model, [found.a, found.b], contact, blow, (gn, point.velocity[2]));
-            *data = Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing, struck_s };
+            *data =
+                Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing, struck_s };
             loaded += 1.0;
             mean.stretch += data.stretch;
             mean.twist += data.twist;

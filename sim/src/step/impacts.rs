@@ -4,6 +4,7 @@
 use super::slip_correction::rest_target;
 use super::torque_free::free_turn;
 use crate::contact::collide::Collision;
+use crate::contact::dead_blow::strike;
 use crate::contact::impact_candidate::{FIXED, ImpactBody, ImpactCandidate};
 use crate::contact::impact_sequence::ImpactSequence;
 use crate::contact::narrow_phase::{ContactPair, ContactPoint, Contacts};
@@ -118,12 +119,16 @@ pub(super) fn find(
         let points = |&index: &usize| &contacts.points[contacts.pairs[index].points.clone()];
         island.pairs.iter().flat_map(points).any(|point| point.anchor.loaded)
     };
-    let alone = island.is_lone_object() && !turns(island.objects[0]) && !stands();
+    let lone = island.is_lone_object();
+    let alone = lone && !turns(island.objects[0]) && !stands();
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
         let free = !on_hand(pair);
-        // The hand's own contacts are soft, and its links light: they do not rebound. Neither do heaps.
         if pair.restitution == 0.0 && !alone {
+            // A lone body's contacts are rigid or springs.
+            if !lone {
+                contacts.struck |= strike(model, [pair.a, pair.b], &mut contacts.points[pair.points.clone()]);
+            }
             continue;
         }
         for point in &mut contacts.points[pair.points.clone()] {
