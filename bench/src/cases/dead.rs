@@ -4,13 +4,13 @@ use super::case::{Case, Finding};
 use super::scene::{SceneBuilder, awake, cuboid, set_velocity, settle, velocity, weightless};
 use super::setup::{Setup, steps};
 use crate::case_report::Figure;
+use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::rigs::{Finger, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Geom, HingeKind};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::State;
 use std::sync::Arc;
 
 /// Cases of this file.
@@ -36,8 +36,8 @@ fn ball() -> Shape {
     Shape::Sphere { radius: BALL_M }
 }
 
-/// Throws the last body of a scene, the ball, along −z at something whose inverse mass at the point hit is `inverse`, 1/kg, and which
-/// the ball touches with its middle at a `height`, m, over it. The part of the speed of approach with which the surfaces part, or that
+/// Throws the last body of a scene, the ball, along −z at something whose inverse mass at the point hit is `inverse`, 1/kg.
+/// `surface` tells its normal and its velocity at a point. The part of the speed of approach with which the surfaces part, or that
 /// a plastic blow, of impulse `v/(1/m + inverse)`, would take and this one does not. The impulse may be larger: what turns in the
 /// blow pushes on.
 fn returned(
@@ -47,18 +47,17 @@ fn returned(
     gap: f64,
     (mass, speed): (f64, f64),
     inverse: f64,
-    height: impl Fn(&State) -> f64,
+    surface: impl Fn(&dyn Engine, Vec3) -> (Vec3, Vec3),
 ) -> Result<f64> {
     let (mut engine, command) = scene.start(setup)?;
     let last = engine.model().objects().len() - 1;
     set_velocity(&mut *engine, last, Vec3::Z * -speed, Vec3::ZERO);
     let count = ((gap / speed + AFTER_S) / setup.dt_s).ceil() as u64;
     recorder.steps(&mut *engine, &command, count)?;
-    let impulse = mass * (velocity(&*engine, last).0.z + speed);
-    let missing = 1.0 - impulse * (1.0 / mass + inverse) / speed;
-    let before = height(engine.state());
-    recorder.step(&mut *engine, &command)?;
-    let parts = (height(engine.state()) - before) / setup.dt_s;
+    let own = velocity(&*engine, last).0;
+    let missing = 1.0 - mass * (own.z + speed) * (1.0 / mass + inverse) / speed;
+    let (normal, of_surface) = surface(&*engine, engine.state().objects[last].translation);
+    let parts = normal.dot(own - of_surface);
     Ok(missing.max(parts / speed))
 }
 
@@ -73,11 +72,13 @@ fn free_body(setup: &Setup, recorder: &mut Recorder, edges: [f64; 3], mass: f64,
                 .body(cuboid(x, y, z), mass, 0.0, Pose::IDENTITY)?
                 .body(ball(), blow.0, 0.0, Pose::translation(aside, 0.0, 0.5 * z + BALL_M + gap))?;
             let inverse = 1.0 / mass + aside * aside / inertia;
-            let height = |state: &State| {
-                let [body, ball] = [&state.objects[0], &state.objects[1]];
-                (body.inverse() * *ball).translation.z
+            let surface = |engine: &dyn Engine, at: Vec3| {
+                let (linear, angular) = velocity(engine, 0);
+                let Pose { rotation, translation, .. } = engine.state().objects[0];
+                let normal = rotation * Vec3::Z;
+                (normal, linear + angular.cross(at - normal * BALL_M - translation))
             };
-            worst = worst.max(returned(setup, recorder, scene, gap, blow, inverse, height)?);
+            worst = worst.max(returned(setup, recorder, scene, gap, blow, inverse, surface)?);
         }
     }
     Ok(worst)
@@ -193,15 +194,18 @@ pub fn dead_hand(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
                 0.0,
                 Pose::translation(aside, 0.0, half + BALL_M + gap),
             )?;
-            let height = |state: &State| {
-                let moved = match kind {
-                    HingeKind::Prismatic => Pose::translation(0.0, 0.0, state.q[0]),
-                    HingeKind::Revolute => Pose::from_rotation(Rotation::from_rotation_z(state.q[0])),
-                };
-                let finger = base_from_hinge * moved * base_from_hinge.inverse();
-                (finger.inverse() * state.objects[0]).translation.z
+            let surface = |engine: &dyn Engine, at: Vec3| {
+                let (q, rate) = (engine.state().q[0], engine.state().v[6]);
+                let axis = base_from_hinge.rotation * Vec3::Z;
+                match kind {
+                    HingeKind::Prismatic => (Vec3::Z, axis * rate),
+                    HingeKind::Revolute => {
+                        let normal = Rotation::from_axis_angle(axis, q) * Vec3::Z;
+                        (normal, (axis * rate).cross(at - normal * BALL_M))
+                    }
+                }
             };
-            worst = worst.max(returned(setup, recorder, scene, gap, (BALL_KG, SPEED), inverse, height)?);
+            worst = worst.max(returned(setup, recorder, scene, gap, (BALL_KG, SPEED), inverse, surface)?);
         }
     }
     Ok(finding(recorder, worst))

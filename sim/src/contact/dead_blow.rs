@@ -64,7 +64,7 @@ pub(crate) fn strike(model: &Model, bodies: [Owner; 2], points: &mut [ContactPoi
 /// Speed of the fastest blow that acts in the solution of an island's step, m/s; 0 without one.
 pub(crate) fn fastest(config: &Config, contacts: &Contacts, island: &Island, problem: &Problem) -> f64 {
     let mut fastest: f64 = 0.0;
-    if !contacts.struck {
+    if !contacts.struck || island.hand {
         return fastest;
     }
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
