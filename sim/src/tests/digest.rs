@@ -96,7 +96,7 @@ fn every_field_counts_in_the_digest() {
     let mut state = world.state().clone();
     state.earlier.smooth = true;
     type Change = (&'static str, fn(&mut State));
-    let changes: [Change; 57] = [
+    let changes: [Change; 59] = [
         ("step", |s| s.step ^= 1),
         ("base place", |s| nudge(&mut s.base.translation.y)),
         ("base turn", |s| nudge(&mut s.base.rotation.w)),
