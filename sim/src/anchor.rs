@@ -65,6 +65,8 @@ pub struct Anchor {
     /// Normal force averaged over the last [`BEARING_S`], N: the mean share of a point in a patch that
     /// chatters.
     pub bearing: f64,
+    /// Dissipation time that a dead blow has left, s; 0 without one ([`dead_blow`](crate::contact::dead_blow)).
+    pub struck_s: f64,
 }
 
 /// Time over which the bearing is averaged, s: longer than a period of chatter, shorter than rocking.
@@ -172,6 +174,7 @@ impl Anchor {
         slip: 0.0,
         normal_force: 0.0,
         bearing: 0.0,
+        struck_s: 0.0,
     };
 
     /// Bearing after a step of `h` with this normal force.
@@ -180,14 +183,15 @@ impl Anchor {
     }
 
     fn is_bounded(&self) -> bool {
-        bounded_vector(self.stretch) && bounded(&[self.twist, self.slip, self.normal_force, self.bearing])
+        let Anchor { known: _, loaded: _, stretch, twist, slip, normal_force, bearing, struck_s } = self;
+        bounded_vector(*stretch) && bounded(&[*twist, *slip, *normal_force, *bearing, *struck_s])
     }
 
     fn digest(&self, h: &mut Digest) {
-        let Anchor { known, loaded, stretch, twist, slip, normal_force, bearing } = self;
+        let Anchor { known, loaded, stretch, twist, slip, normal_force, bearing, struck_s } = self;
         h.word(u64::from(*known) << 1 | u64::from(*loaded));
         h.vector(*stretch);
-        h.floats(&[*twist, *slip, *normal_force, *bearing]);
+        h.floats(&[*twist, *slip, *normal_force, *bearing, *struck_s]);
     }
 }
 

@@ -4,12 +4,13 @@ use super::case::{Case, Finding};
 use super::scene::{SceneBuilder, awake, cuboid, set_velocity, settle, velocity, weightless};
 use super::setup::{Setup, steps};
 use crate::case_report::Figure;
+use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::rigs::{Finger, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Geom, HingeKind};
 use palmares_models::shape::Shape;
-use palmares_models::{Pose, Vec3};
+use palmares_models::{Pose, Rotation, Vec3};
 use std::sync::Arc;
 
 /// Cases of this file.
@@ -35,8 +36,10 @@ fn ball() -> Shape {
     Shape::Sphere { radius: BALL_M }
 }
 
-/// Throws the last body of a scene, the ball, along −z at something whose inverse mass at the point hit is `inverse`, 1/kg. A plastic
-/// blow has the impulse `v/(1/m + inverse)`; a larger one returns speed. The part of the speed of approach that returns.
+/// Throws the last body of a scene, the ball, along −z at something whose inverse mass at the point hit is `inverse`, 1/kg.
+/// `surface` tells its normal and its velocity at a point. The part of the speed of approach with which the surfaces part, or that
+/// a plastic blow, of impulse `v/(1/m + inverse)`, would take and this one does not. The impulse may be larger: what turns in the
+/// blow pushes on.
 fn returned(
     setup: &Setup,
     recorder: &mut Recorder,
@@ -44,14 +47,18 @@ fn returned(
     gap: f64,
     (mass, speed): (f64, f64),
     inverse: f64,
+    surface: impl Fn(&dyn Engine, Vec3) -> (Vec3, Vec3),
 ) -> Result<f64> {
     let (mut engine, command) = scene.start(setup)?;
     let last = engine.model().objects().len() - 1;
     set_velocity(&mut *engine, last, Vec3::Z * -speed, Vec3::ZERO);
     let count = ((gap / speed + AFTER_S) / setup.dt_s).ceil() as u64;
     recorder.steps(&mut *engine, &command, count)?;
-    let impulse = mass * (velocity(&*engine, last).0.z + speed);
-    Ok((impulse * (1.0 / mass + inverse) / speed - 1.0).abs())
+    let own = velocity(&*engine, last).0;
+    let missing = 1.0 - mass * (own.z + speed) * (1.0 / mass + inverse) / speed;
+    let (normal, of_surface) = surface(&*engine, engine.state().objects[last].translation);
+    let parts = normal.dot(own - of_surface);
+    Ok(missing.max(parts / speed))
 }
 
 /// A free body of these edges and mass without weight, hit `aside` from its middle.
@@ -65,7 +72,13 @@ fn free_body(setup: &Setup, recorder: &mut Recorder, edges: [f64; 3], mass: f64,
                 .body(cuboid(x, y, z), mass, 0.0, Pose::IDENTITY)?
                 .body(ball(), blow.0, 0.0, Pose::translation(aside, 0.0, 0.5 * z + BALL_M + gap))?;
             let inverse = 1.0 / mass + aside * aside / inertia;
-            worst = worst.max(returned(setup, recorder, scene, gap, blow, inverse)?);
+            let surface = |engine: &dyn Engine, at: Vec3| {
+                let (linear, angular) = velocity(engine, 0);
+                let Pose { rotation, translation, .. } = engine.state().objects[0];
+                let normal = rotation * Vec3::Z;
+                (normal, linear + angular.cross(at - normal * BALL_M - translation))
+            };
+            worst = worst.max(returned(setup, recorder, scene, gap, blow, inverse, surface)?);
         }
     }
     Ok(worst)
@@ -154,8 +167,7 @@ pub fn dead_hand(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     for gap in GAPS_M {
         let upright = Pose::IDENTITY;
         // An axis along y turns the finger about it.
-        let across =
-            Pose::from_rotation(palmares_models::Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2));
+        let across = Pose::from_rotation(Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2));
         let kinds = [
             (HingeKind::Prismatic, upright, 0.0, 1.0 / mass),
             (HingeKind::Revolute, across, arm, arm * arm / inertia),
@@ -182,7 +194,18 @@ pub fn dead_hand(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
                 0.0,
                 Pose::translation(aside, 0.0, half + BALL_M + gap),
             )?;
-            worst = worst.max(returned(setup, recorder, scene, gap, (BALL_KG, SPEED), inverse)?);
+            let surface = |engine: &dyn Engine, at: Vec3| {
+                let (q, rate) = (engine.state().q[0], engine.state().v[6]);
+                let axis = base_from_hinge.rotation * Vec3::Z;
+                match kind {
+                    HingeKind::Prismatic => (Vec3::Z, axis * rate),
+                    HingeKind::Revolute => {
+                        let normal = Rotation::from_axis_angle(axis, q) * Vec3::Z;
+                        (normal, (axis * rate).cross(at - normal * BALL_M))
+                    }
+                }
+            };
+            worst = worst.max(returned(setup, recorder, scene, gap, (BALL_KG, SPEED), inverse, surface)?);
         }
     }
     Ok(finding(recorder, worst))

@@ -3,6 +3,7 @@
 pub mod advancement;
 pub mod broad_phase;
 pub(crate) mod collide;
+pub(crate) mod dead_blow;
 pub mod distance_cache;
 pub(crate) mod gap;
 pub mod impact_candidate;

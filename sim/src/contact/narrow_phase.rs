@@ -93,6 +93,8 @@ pub struct Contacts {
     pub points: Vec<ContactPoint>,
     /// What the step may reach all the same.
     pub left_out: LeftOuts,
+    /// Whether a dead blow is due; found before the islands are solved ([`dead_blow`](super::dead_blow)).
+    pub struck: bool,
     /// Limits for the reuse of a cached manifold of flat and of round shapes: cosine of the turn and square
     /// of the distance.
     reuse: Option<[(f64, f64); 2]>,
@@ -241,6 +243,7 @@ impl Contacts {
         self.points.clear();
         self.left_out.clear();
         let may_leave = leaves_out(model, config);
+        self.struck = false;
         let mut spent = distances.count() as u64;
         // Near pairs and remembered ones have the same order. So the memory of the present pair is at `place`,
         // or must be inserted there.

@@ -123,8 +123,9 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
         let pair = &contacts.pairs[index];
         let first = problem.points.len();
         let (mut load, mut patch) = (0.0, false);
-        let tangential = h * config.anchor_stiffness * (h + tau);
         for point in &contacts.points[pair.points.clone()] {
+            let tau = tau.max(point.anchor.struck_s);
+            let tangential = h * config.anchor_stiffness * (h + tau);
             let [t1, t2] = point.tangents;
             let axes = [t1, t2, point.normal];
             let (rest, tau_n) = rest_target(config, pair, point);

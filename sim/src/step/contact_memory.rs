@@ -5,6 +5,7 @@ use super::impacts::{ObjectImpact, on_object};
 use crate::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
 use crate::config::Config;
 use crate::contact::collide::Collision;
+use crate::contact::dead_blow::{after_step, fastest, hold};
 use crate::contact::narrow_phase::{ContactPair, ContactPoint};
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::Model;
@@ -25,6 +26,7 @@ pub(super) fn remember(
 ) {
     let config = model.config();
     let h = config.step_s;
+    let blow = fastest(config, &collision.contacts, island, problem);
     // The search has already blanked points that were not worth solving.
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let found = &collision.contacts.pairs[index];
@@ -35,7 +37,10 @@ pub(super) fn remember(
         for (point, contact) in problem.points[solved.first..solved.end].iter().zip(points) {
             let data = &mut pair.manifold.points[contact.point as usize].data;
             if point.impulse[2] <= 0.0 {
-                *data = Anchor { bearing: contact.anchor.bearing_after(0.0, h), ..Anchor::IDLE };
+                // Surfaces that part out of a blow's overlap are still in it.
+                let overlaps = contact.distance + found.initial_overlap + h * point.velocity[2] < 0.0;
+                let struck_s = if overlaps { after_step(config, contact.anchor.struck_s) } else { 0.0 };
+                *data = Anchor { bearing: contact.anchor.bearing_after(0.0, h), struck_s, ..Anchor::IDLE };
                 continue;
             }
             // The instantaneous impulse of a rebound gives no information about the next step.
@@ -56,12 +61,15 @@ pub(super) fn remember(
                 continue;
             }
             let anchor = bearing(config, point, &contact.anchor, h);
-            *data = Anchor { stretch: into_a * anchor.stretch, ..anchor };
+            let struck_s =
+                hold(model, [found.a, found.b], contact, blow, (point.impulse[2], point.velocity[2]));
+            *data = Anchor { stretch: into_a * anchor.stretch, struck_s, ..anchor };
             loaded += 1.0;
             mean.stretch += data.stretch;
             mean.twist += data.twist;
             mean.slip += data.slip;
             mean.bearing += data.bearing;
+            mean.struck_s = mean.struck_s.max(struck_s);
             forces.contacts.push(contact_force(point, contact, found, pair.key, h));
         }
         if loaded > 0.0 {
@@ -81,7 +89,7 @@ pub(super) fn remember(
 /// Memory of a bearing point after a time h with the impulse of its solution, s, from its memory before; stretches are in world
 /// axes.
 pub(super) fn bearing(config: &Config, point: &Point, before: &Anchor, h: f64) -> Anchor {
-    let tau = config.contact_dissipation_s;
+    let tau = config.contact_dissipation_s.max(before.struck_s);
     let [t1, t2, normal] = point.axes;
     let [g1, g2, gn, gs] = point.impulse;
     let mut friction = t1 * g1 + t2 * g2;
@@ -102,7 +110,8 @@ pub(super) fn bearing(config: &Config, point: &Point, before: &Anchor, h: f64) -
     let stretch = if spins { stretch - normal * twist } else { stretch };
     let normal_force = gn / h;
     let bearing = before.bearing_after(normal_force, h);
-    Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing }
+    let struck_s = before.struck_s;
+    Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing, struck_s }
 }
 
 /// A contact in the solution.

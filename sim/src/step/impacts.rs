@@ -4,6 +4,7 @@
 use super::slip_correction::rest_target;
 use super::torque_free::free_turn;
 use crate::contact::collide::Collision;
+use crate::contact::dead_blow;
 use crate::contact::impact_candidate::{FIXED, ImpactBody, ImpactCandidate};
 use crate::contact::impact_sequence::ImpactSequence;
 use crate::contact::narrow_phase::{ContactPair, ContactPoint, Contacts};
@@ -118,12 +119,16 @@ pub(super) fn find(
         let points = |&index: &usize| &contacts.points[contacts.pairs[index].points.clone()];
         island.pairs.iter().flat_map(points).any(|point| point.anchor.loaded)
     };
-    let alone = island.is_lone_object() && !turns(island.objects[0]) && !stands();
+    let lone = island.is_lone_object();
+    let alone = lone && !turns(island.objects[0]) && !stands();
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
         let free = !on_hand(pair);
-        // The hand's own contacts are soft, and its links light: they do not rebound. Neither do heaps.
         if pair.restitution == 0.0 && !alone {
+            // A lone body's contacts are rigid or springs.
+            if !lone {
+                contacts.struck |= strike(bodies, pair, &mut contacts.points[pair.points.clone()]);
+            }
             continue;
         }
         for point in &mut contacts.points[pair.points.clone()] {
@@ -335,6 +340,22 @@ fn rebound_of(bodies: Bodies<'_>, pair: &ContactPair, point: &ContactPoint) -> O
         misses.then_some(Rebound::new(f64::INFINITY, velocity))
     })?;
     Some(with_slip(bodies, pair, point, found))
+}
+
+/// Starts the dead blows of a pair's points; true if there is any.
+fn strike(bodies: Bodies<'_>, pair: &ContactPair, points: &mut [ContactPoint]) -> bool {
+    let mut any = false;
+    for point in points {
+        if dead_blow::strike(bodies.model, [pair.a, pair.b], point) {
+            any = true;
+            if !on_hand(pair) {
+                let (rest, _) = rest_target(bodies.model.config(), pair, point);
+                // With the slip before it, the law would lift the surfaces, or hold them too late.
+                point.anchor.slip = with_slip(bodies, pair, point, Rebound::new(0.0, rest)).slip;
+            }
+        }
+    }
+    any
 }
 
 /// A rebound with the slip after it, for two bodies that meet only in this point. W, 1/kg, is the velocity

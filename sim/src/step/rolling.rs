@@ -24,6 +24,7 @@ use super::solve::solve;
 use super::torque_free::torque_free;
 use super::work::Work;
 use crate::anchor::Anchor;
+use crate::contact::dead_blow::after_step;
 use crate::contact::narrow_phase::ContactPair;
 use crate::model::{Model, Owner};
 use crate::solver::friction_cone::ConeLaw;
@@ -142,6 +143,7 @@ pub(super) fn step(
         (motion, lowest) = (end, Some(at_end));
     }
     let Some(lowest) = lowest else { return Attempt::Declined };
+    anchor.struck_s = after_step(model.config(), anchor.struck_s);
     let solved = &mut problem.points[rolling.point];
     solved.impulse = impulse;
     // Where it is at the end of the step.
@@ -150,7 +152,7 @@ pub(super) fn step(
     rolling.remember(state, work, island, &motion, (k, anchor), solved);
     // Cached gaps rely on no object moving farther than the faster of its velocities at the ends of the step allows.
     if fastest > FASTER * at_first.max(speed(&motion)) {
-        work.collision.distances.clear(model.colliders().len());
+        work.collision.distances.clear(work.collision.motion.speeds.len());
     }
     state.objects[object] = motion.pose;
     let own = &mut state.v[model.object_dofs(object)..][..6];

@@ -26,6 +26,12 @@ const MIN_S: f64 = 1e-3;
 /// Normal velocity at which a contact point without slip carries no load, m/s, and its dissipation time, s.
 pub(super) fn rest_target(config: &Config, pair: &ContactPair, point: &ContactPoint) -> (f64, f64) {
     let distance = point.distance + pair.initial_overlap;
+    let struck_s = point.anchor.struck_s;
+    if struck_s > 0.0 {
+        // It reaches the surface at the end of the step, and leaves an overlap slowly.
+        let over_s = if distance < 0.0 { config.step_s + struck_s } else { config.step_s };
+        return (-distance / over_s, struck_s);
+    }
     let tau_n = config.contact_dissipation_s * nearness(distance, config.contact_onset_m);
     (-distance / (config.step_s + tau_n), tau_n)
 }

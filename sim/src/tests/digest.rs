@@ -96,7 +96,7 @@ fn every_field_counts_in_the_digest() {
     let mut state = world.state().clone();
     state.earlier.smooth = true;
     type Change = (&'static str, fn(&mut State));
-    let changes: [Change; 57] = [
+    let changes: [Change; 59] = [
         ("step", |s| s.step ^= 1),
         ("base place", |s| nudge(&mut s.base.translation.y)),
         ("base turn", |s| nudge(&mut s.base.rotation.w)),
@@ -134,6 +134,7 @@ fn every_field_counts_in_the_digest() {
         ("mean loaded", |s| loaded(&mut s.pairs).mean.loaded ^= true),
         ("mean stretch", |s| nudge(&mut loaded(&mut s.pairs).mean.stretch.y)),
         ("mean twist", |s| nudge(&mut loaded(&mut s.pairs).mean.twist)),
+        ("mean blow", |s| nudge(&mut loaded(&mut s.pairs).mean.struck_s)),
         ("mean slip", |s| nudge(&mut loaded(&mut s.pairs).mean.slip)),
         ("mean force", |s| nudge(&mut loaded(&mut s.pairs).mean.normal_force)),
         ("covered", |s| loaded(&mut s.pairs).covered ^= true),
@@ -152,6 +153,7 @@ fn every_field_counts_in_the_digest() {
         ("slip", |s| nudge(&mut point(s).data.slip)),
         ("force", |s| nudge(&mut point(s).data.normal_force)),
         ("bearing", |s| nudge(&mut point(s).data.bearing)),
+        ("blow", |s| nudge(&mut point(s).data.struck_s)),
         ("known", |s| point(s).data.known ^= true),
         ("loaded", |s| point(s).data.loaded ^= true),
     ];
