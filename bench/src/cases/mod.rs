@@ -41,6 +41,7 @@ pub mod stacking;
 pub mod synergy;
 pub mod tendon;
 pub mod thin;
+pub mod ties;
 pub mod torsion;
 pub mod turning;
 
@@ -86,6 +87,7 @@ pub const GROUPS: &[&[Case]] = &[
     dry::CASES,
     placed::CASES,
     spinning::CASES,
+    ties::CASES,
     sleeping::CASES,
     turning::CASES,
     passing::CASES,

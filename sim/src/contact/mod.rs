@@ -7,6 +7,7 @@ pub mod distance_cache;
 pub(crate) mod gap;
 pub mod impact_candidate;
 pub mod impact_sequence;
+mod joint_impact;
 pub mod manifold;
 pub mod narrow_phase;
 pub(crate) mod pair_points;

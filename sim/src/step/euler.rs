@@ -16,7 +16,7 @@ use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
 use super::{blow_energy, contact_memory, friction_passes, impacts};
-use super::{integrate, momentum, passing, slip_passes};
+use super::{integrate, known_blows, momentum, passing, slip_passes};
 use crate::actuation::slowed;
 use crate::model::Model;
 use crate::solver::island::Island;
@@ -78,7 +78,11 @@ fn solve_with_rebounds(
     let Work { collision, impacts, outcome, loads, .. } = work;
     let bodies = Bodies { model, state, loads };
     let rebounds = impacts::find(bodies, &mut collision.contacts, island, impacts, &mut outcome.work);
+    if rebounds == Rebounds::Own && !island.hand {
+        known_blows::note_single(bodies, &mut collision.contacts, island);
+    }
     assemble(&work.input(model, state), island, h, problem, v);
+    known_blows::start(&work.collision.contacts, island, problem, v);
     solve(model, work, problem, newton, v);
     let Work { collision, impacts, loads, .. } = work;
     let bodies = Bodies { model, state, loads };

@@ -193,14 +193,17 @@ fn play(
             // Points that will meet in a later step continue unchanged.
             let missed = || candidate.misses() && velocity < rest_target(config, pair, point).0;
             let time_s = candidate.hit().or_else(|| missed().then_some(f64::INFINITY));
-            point.rebound =
-                time_s.map(|time_s| with_slip(bodies, pair, point, Rebound::new(time_s, velocity)));
+            let impulse = if pair.friction == 0.0 { candidate.impulse } else { 0.0 };
+            point.rebound = time_s.map(|time_s| {
+                let rebound = Rebound { impulse, ..Rebound::new(time_s, velocity) };
+                with_slip(bodies, pair, point, rebound)
+            });
         }
     }
     if several { Rebounds::Sequence } else { Rebounds::Own }
 }
 
-fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
+pub(super) fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
     let object = &model.objects()[k];
     let (linear, angular) = state.object_velocity(model, k);
     let rotation = state.objects[k].rotation;
@@ -311,7 +314,7 @@ pub(super) fn on_object(owner: Owner) -> Option<usize> {
     }
 }
 
-fn on_hand(pair: &ContactPair) -> bool {
+pub(super) fn on_hand(pair: &ContactPair) -> bool {
     matches!((pair.a, pair.b), (Owner::Link(_), _) | (_, Owner::Link(_)))
 }
 

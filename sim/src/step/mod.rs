@@ -22,6 +22,7 @@ mod friction_passes;
 mod impacts;
 mod integrate;
 mod island;
+mod known_blows;
 mod method;
 mod midpoint_correction;
 mod momentum;
