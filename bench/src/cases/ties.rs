@@ -214,10 +214,8 @@ fn tied_blow(
     let around = |k: u32| Rotation::from_rotation_x(TAU * f64::from(k) / f64::from(n));
     let directions: Vec<Vec3> =
         (0..n).map(|k| turn * (around(k) * Vec3::new(c, libm::sin(angle), 0.0))).collect();
-    // It meets after 3.7 mm.
-    let start = turn * Vec3::X * -3.7e-3;
-    let mut scene = SceneBuilder::new(weightless(setup.dt_s))?
-        .object(pool_ball(POOL_M, POOL_KG, e)?, Pose::from_parts(start, Rotation::IDENTITY))?;
+    let mut scene =
+        SceneBuilder::new(weightless(setup.dt_s))?.object(pool_ball(POOL_M, POOL_KG, e)?, Pose::IDENTITY)?;
     for direction in &directions {
         let place = Pose::from_parts(*direction * (2.0 * POOL_M), Rotation::IDENTITY);
         scene = match part {

@@ -354,7 +354,11 @@ mod tests {
     #[test]
     fn what_rattles_is_given_up() {
         // A light ball between two heavy ones that close in on it: some 60 impacts.
-        let mut trap = row(&[1e3, 1.0, 1e3], &[1.0, 0.0, -1.0], &[1e-5, 1e-5], 1.0);
+        let mut trap = row(&[1e3, 1.0, 1e3], &[1.0, 0.0, -1.0], &[1e-5, 1.1e-5], 1.0);
         assert!(!trap.play(H, LEAST));
+        // In the middle it is met from both sides at once.
+        let mut middle = row(&[1e3, 1.0, 1e3], &[1.0, 0.0, -1.0], &[1e-5, 1e-5], 1.0);
+        assert!(middle.play(H, LEAST));
+        close(&speeds(&middle), &[-1.0, 0.0, 1.0]);
     }
 }

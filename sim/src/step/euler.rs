@@ -65,7 +65,7 @@ pub(super) fn step(
     );
 }
 
-/// Solves the step with its rebounds. If those of a sequence would add energy, it is solved again with each point's own.
+/// Solves the step with its rebounds.
 fn solve_with_rebounds(
     model: &Model,
     state: &State,
@@ -74,25 +74,16 @@ fn solve_with_rebounds(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
 ) -> Rebounds {
-    let h = model.config().step_s;
     let Work { collision, impacts, outcome, loads, .. } = work;
     let bodies = Bodies { model, state, loads };
     let rebounds = impacts::find(bodies, &mut collision.contacts, island, impacts, &mut outcome.work);
-    if rebounds == Rebounds::Own && !island.hand {
-        known_blows::note_single(bodies, &mut collision.contacts, island);
+    match rebounds {
+        Rebounds::Sequence => impacts::follow_paths(model, collision, island, impacts),
+        Rebounds::Own => known_blows::note_single(bodies, &mut collision.contacts, island),
     }
-    assemble(&work.input(model, state), island, h, problem, v);
+    assemble(&work.input(model, state), island, model.config().step_s, problem, v);
     known_blows::start(&work.collision.contacts, island, problem, v);
     solve(model, work, problem, newton, v);
-    let Work { collision, impacts, loads, .. } = work;
-    let bodies = Bodies { model, state, loads };
-    if rebounds == Rebounds::Sequence
-        && impacts::settle_sequence(bodies, collision, island, problem, impacts) == Rebounds::Own
-    {
-        assemble(&work.input(model, state), island, h, problem, v);
-        solve(model, work, problem, newton, v);
-        return Rebounds::Own;
-    }
     rebounds
 }
 
