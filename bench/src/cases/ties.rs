@@ -143,9 +143,6 @@ pub fn racks_mirror(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             for e in [1.0, 0.8, 0.5] {
                 for turn in [Rotation::IDENTITY, askew()] {
                     let found = rack.asymmetry(setup, recorder, e, turn)?;
-                    if std::env::var_os("DBG").is_some() {
-                        eprintln!("{pitch} {} {e} {turn:?}: {found:e}", rack.at.len());
-                    }
                     worst = worst.max(found);
                 }
             }
@@ -164,13 +161,10 @@ pub fn break_energy(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         let count = rack.at.len();
         let energy = |engine: &dyn Engine| (0..count).map(|k| kinetic(engine, k)).sum::<f64>();
         let before = energy(&*engine);
-        for step in 0..steps(BREAK_S, setup.dt_s) {
+        for _ in 0..steps(BREAK_S, setup.dt_s) {
             recorder.step(&mut *engine, &command)?;
             let momentum = (0..count).fold(Vec3::ZERO, |sum, k| sum + velocity(&*engine, k).0);
             let change = energy(&*engine) - before;
-            if std::env::var_os("DBG").is_some() && (change - gain).abs() > 1e-12 {
-                eprintln!("{gap} {step} {:e}", change / before);
-            }
             gain = if change.abs() > gain.abs() { change } else { gain };
             worst = worst.max(change.abs() / before).max(momentum.distance(Vec3::X * BREAK_M_S) / BREAK_M_S);
         }
@@ -179,10 +173,10 @@ pub fn break_energy(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(recorder.finding(figure).with_energy_gain(gain))
 }
 
-/// Largest error, as a part of the speed, of the velocities after a ball has fallen at 1 m/s between n = 2, 3 or 4 others, which it
-/// meets at once, each in a direction at 50° from its own. Of masses M and m, with `c = cos 50°`: each of the others leaves along its
-/// direction with `P/m`, the ball with `v − n P c/M`, `P = (1 + e) v c/(1/m + n c²/M)`. For e of 1, 0.5 and 0, and m of M/8, M and
-/// furniture; along the axes and askew.
+/// Largest error, as a part of the speed, of the velocities after a ball at 1 m/s has met n = 2, 3 or 4 others at once that it touches,
+/// each in a direction at 50° from its own. Of masses M and m, with `c = cos 50°`: each of the others leaves along its direction with
+/// `P/m`, the ball with `v − n P c/M`, `P = (1 + e) v c/(1/m + n c²/M)`. For e of 1 and 0.5, and m of M/8, M and furniture; along the
+/// axes and askew.
 pub fn tied_blows(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut worst: f64 = 0.0;
     for n in [2u32, 3, 4] {
@@ -190,9 +184,6 @@ pub fn tied_blows(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             for part in [Some(0.125), Some(1.0), None] {
                 for turn in [Rotation::IDENTITY, askew()] {
                     let found = tied_blow(setup, recorder, n, e, part, turn)?;
-                    if std::env::var_os("DBG").is_some() {
-                        eprintln!("{n} {e} {part:?} {turn:?}: {found:e}");
-                    }
                     worst = worst.max(found);
                 }
             }

@@ -33,6 +33,7 @@ mod stacking;
 mod synergy;
 mod tendon;
 mod thin;
+mod ties;
 mod turning;
 
 use crate::case_report::CaseReport;

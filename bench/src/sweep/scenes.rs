@@ -42,6 +42,8 @@ pub const SCENES: &[Scene] = &[
     flat!("top_momentum", 0.1),
     flat!("coin_rim", 0.5),
     flat!("break_mirror", 1e-9),
+    flat!("break_energy", 1e-9),
+    flat!("tied_blows", 1e-5),
     at("dry_joint", DRY),
     at("dry_contact", DRY),
     at("dry_contact_joint", DRY),
