@@ -42,6 +42,7 @@ pub mod stacking;
 pub mod synergy;
 pub mod tendon;
 pub mod thin;
+pub mod ties;
 pub mod torsion;
 pub mod turning;
 
@@ -88,6 +89,7 @@ pub const GROUPS: &[&[Case]] = &[
     dry::CASES,
     placed::CASES,
     spinning::CASES,
+    ties::CASES,
     sleeping::CASES,
     turning::CASES,
     passing::CASES,

@@ -1,7 +1,7 @@
-//! What spins: a ball that slides, a top, a coin on its rim, and a rack of balls that breaks in symmetry.
+//! What spins: a ball that slides, a top, and a coin on its rim.
 
 use super::case::{Case, Finding};
-use super::scene::{SceneBuilder, awake, kinetic, set_velocity, spin, velocity, weightless};
+use super::scene::{SceneBuilder, awake, set_velocity, spin, velocity};
 use super::setup::{Setup, steps};
 use crate::audit::mechanical;
 use crate::case_report::Figure;
@@ -18,7 +18,6 @@ pub const CASES: &[Case] = &[
     Case::new("ball_spin", "a ball that slides and spins keeps its spin about the vertical", ball_spin),
     Case::new("top_momentum", "a top on a plane without friction keeps L_z", top_momentum),
     Case::new("coin_rim", "a coin that rolls on its rim keeps its energy", coin_rim),
-    Case::new("break_mirror", "a rack of 15 balls is broken in the middle: mirror balls", break_mirror),
 ];
 
 /// Largest change in a second, in percent, of ω_z, and of v_y in percent of the speed, of balls (30 mm, μ = 0.3) that slide at 1
@@ -105,47 +104,4 @@ fn coin(setup: &Setup, friction: f64) -> Result<Box<dyn Engine>> {
     // The lowest point rests.
     set_velocity(&mut *engine, 0, -angular.cross(arm), angular);
     Ok(engine)
-}
-
-/// Radius, m, and mass, kg, of a billiard ball; speed of the break, m/s.
-const POOL_M: f64 = 0.028_575;
-const POOL_KG: f64 = 0.17;
-const BREAK_M_S: f64 = 7.0;
-
-/// Largest difference, as a part of the speed of the break, between the velocity of a ball and the mirrored one of its mirror ball
-/// half a second after a ball at 7 m/s has hit the first of 15 in a rack, whose gaps are 0 or 0.1 mm; e = 1, no friction. The
-/// mirror of the scene is the scene, and so is that of its course. The change of energy goes to `energy_gain_j`.
-pub fn break_mirror(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let (mut worst, mut gain): (f64, f64) = (0.0, f64::NEG_INFINITY);
-    for gap in [0.0, 1e-4] {
-        let ball = || -> Result<Object> {
-            let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: POOL_M })];
-            Ok(Object::new("ball", parts, POOL_KG, 0.0, 0.0)?.with_restitution(1.0))
-        };
-        let mut scene =
-            SceneBuilder::new(weightless(setup.dt_s))?.object(ball()?, Pose::translation(-0.1, 0.0, 0.0))?;
-        let pitch = 2.0 * POOL_M + gap;
-        let mut mirrors = vec![(0, 0)];
-        for row in 0..5usize {
-            for place in 0..=row {
-                // Half steps from the middle: a mirror ball has exactly the opposite one.
-                let aside = (2.0 * place as f64 - row as f64) * 0.5 * pitch;
-                let along = row as f64 * pitch * 0.75f64.sqrt();
-                let first = 1 + row * (row + 1) / 2;
-                mirrors.push((first + place, first + row - place));
-                scene = scene.object(ball()?, Pose::translation(along, aside, 0.0))?;
-            }
-        }
-        let (mut engine, command) = scene.start(setup)?;
-        set_velocity(&mut *engine, 0, Vec3::X * BREAK_M_S, Vec3::ZERO);
-        let before = kinetic(&*engine, 0);
-        recorder.steps(&mut *engine, &command, steps(0.5, setup.dt_s))?;
-        for &(one, other) in &mirrors {
-            let (a, b) = (velocity(&*engine, one).0, velocity(&*engine, other).0);
-            worst = worst.max(a.distance(Vec3::new(b.x, -b.y, b.z)) / BREAK_M_S);
-        }
-        gain = gain.max((0..16).map(|k| kinetic(&*engine, k)).sum::<f64>() - before);
-    }
-    let figure = Figure::new("largest difference of mirror balls", worst, "of the speed");
-    Ok(recorder.finding(figure).with_energy_gain(gain))
 }

@@ -34,6 +34,7 @@ mod stacking;
 mod synergy;
 mod tendon;
 mod thin;
+mod ties;
 mod turning;
 
 use crate::case_report::CaseReport;

@@ -44,6 +44,8 @@ pub const SCENES: &[Scene] = &[
     flat!("rim_kinds", 0.5),
     flat!("rim_place", 1e-6),
     flat!("break_mirror", 1e-9),
+    flat!("break_energy", 1e-9),
+    flat!("tied_blows", 1e-5),
     at("dry_joint", DRY),
     at("dry_contact", DRY),
     at("dry_contact_joint", DRY),

@@ -8,6 +8,11 @@ pub const FIXED: usize = usize::MAX;
 /// A load in a step below this part of an impact's impulse is rounding.
 const NO_LOAD: f64 = 1e-6;
 
+/// Surfaces that approach at a gap of at most this, m, meet at once. Rounding makes the gaps of mirror bodies differ by 1e-16 m at
+/// first, and every later blow of a course multiplies the difference. A nanometre is a thousandth of what a body of a few grams sinks
+/// into its support.
+const TIE_M: f64 = 1e-9;
+
 /// A free body.
 #[derive(Clone, Copy, Debug)]
 pub struct ImpactBody {
@@ -25,12 +30,26 @@ pub struct ImpactBody {
     pub(super) hit: Option<(f64, f64)>,
     /// Displacement until the last hit, without gravity, m.
     pub(super) way: Vec3,
+    /// Whether the present impact strikes it.
+    pub(super) struck: bool,
+    /// A body that the present impact couples with it, or itself: the links of a union-find.
+    pub(super) with: usize,
 }
 
 impl ImpactBody {
     /// A body that has not been hit.
     pub fn new(center: Vec3, inverse_mass: f64, inverse_inertia: Mat3, start: [Vec3; 2]) -> Self {
-        ImpactBody { center, inverse_mass, inverse_inertia, start, now: start, hit: None, way: Vec3::ZERO }
+        ImpactBody {
+            center,
+            inverse_mass,
+            inverse_inertia,
+            start,
+            now: start,
+            hit: None,
+            way: Vec3::ZERO,
+            struck: false,
+            with: 0,
+        }
     }
 
     /// Time of the first hit, and the detour, m: the displacement, less that of a body that moves with the start
@@ -71,17 +90,26 @@ pub struct ImpactCandidate {
     /// Change of the normal velocity per impulse, 1/kg.
     pub(super) inverse_effective_mass: f64,
     /// Impulse up to now, N s.
-    pub(super) impulse: f64,
+    pub impulse: f64,
     /// Sum of its parts times their times.
     pub(super) timed: f64,
     /// Whether the point takes part in the next impact of its bodies.
     pub(super) due: bool,
     /// Whether it would if the step were longer.
     pub(super) misses: bool,
-    /// Normal velocity that the present impact has to reach, m/s.
-    pub(super) target_velocity: f64,
-    /// Impulse that reaches it, N s.
-    pub(super) added_impulse: f64,
+    /// Time from which its surfaces are as near as those that meet, s; infinite if they do not approach.
+    pub(super) near: f64,
+}
+
+/// The next meeting of the surfaces at a point, if nothing else happens.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meets {
+    /// Its time, at most the end of the step, s.
+    pub time: f64,
+    /// Whether it is within the step.
+    pub within: bool,
+    /// Time from which the gap is at most [`TIE_M`], s.
+    pub near: f64,
 }
 
 impl ImpactCandidate {
@@ -102,8 +130,7 @@ impl ImpactCandidate {
             timed: 0.0,
             due: false,
             misses: false,
-            target_velocity: 0.0,
-            added_impulse: 0.0,
+            near: f64::INFINITY,
         }
     }
 
@@ -137,15 +164,15 @@ impl ImpactCandidate {
         at(1) - at(0)
     }
 
-    /// Time at which the surfaces meet if nothing else happens and they approach fast enough, and whether
-    /// this is within the step.
-    pub(super) fn meets(&self, bodies: &[ImpactBody], time: f64, h: f64, least: f64) -> Option<(f64, bool)> {
+    /// The next meeting of its surfaces, if they approach fast enough to rebound.
+    pub(super) fn meets(&self, bodies: &[ImpactBody], time: f64, h: f64, least: f64) -> Option<Meets> {
         let (velocity, rest) = (self.velocity(bodies, time), h - time);
         if velocity >= -least || self.load * self.inverse_effective_mass > -velocity * NO_LOAD {
             return None;
         }
         let within = self.gap + rest * (velocity + rest * self.gravity.dot(self.normal)) < 0.0;
-        Some(((time + self.gap.max(0.0) / -velocity).min(h), within))
+        let near = time + (self.gap - TIE_M).max(0.0) / -velocity;
+        Some(Meets { time: (time + self.gap.max(0.0) / -velocity).min(h), within, near })
     }
 
     pub(super) fn push(&self, bodies: &mut [ImpactBody], impulse: f64) {

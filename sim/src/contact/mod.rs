@@ -8,6 +8,7 @@ pub mod distance_cache;
 pub(crate) mod gap;
 pub mod impact_candidate;
 pub mod impact_sequence;
+mod joint_impact;
 pub mod left_out;
 pub mod manifold;
 pub(crate) mod motion;

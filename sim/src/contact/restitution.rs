@@ -19,12 +19,14 @@ pub struct Rebound {
     /// The normal velocity may have been solved with another slip. Factor between the error of that slip and its
     /// apparent error.
     pub gain: f64,
+    /// Its impulse, N s, if it is known before the step is solved; otherwise 0.
+    pub impulse: f64,
 }
 
 impl Rebound {
     /// Rebound of surfaces that do not slip.
     pub fn new(time_s: f64, velocity: f64) -> Self {
-        Rebound { time_s, velocity, slip: 0.0, gain: 1.0 }
+        Rebound { time_s, velocity, slip: 0.0, gain: 1.0, impulse: 0.0 }
     }
 }
 

@@ -142,7 +142,7 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
                     let stiff = if pair.restitution > 0.0 { REBOUND_STIFFNESS } else { DEAD_STIFFNESS };
                     let rigid = stiff * heavier(model, pair);
                     let lifted = match rebound.time_s.is_finite() {
-                        true => rebound.velocity - pair.friction * rebound.slip,
+                        true => rebound.velocity - pair.friction * rebound.slip + rebound.impulse / rigid,
                         // Nothing else can push a lone body against a surface that it does not meet.
                         false if island.is_lone_object() => f64::NEG_INFINITY,
                         false => {

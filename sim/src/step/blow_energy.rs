@@ -135,7 +135,7 @@ fn time_rebounds(work: &Work, island: &Island, problem: &Problem, times: &mut [f
 
 /// The energy that an island gains in its rebounds, and the sum of what goes to and fro in them, J. `with` are the impulses and
 /// velocities to which a part s of the way from the solution leads. Free bodies: the change of their kinetic energy, less what
-/// springs of other contacts return. With the hand: the work of the rebounding points.
+/// springs of other contacts return, if they held anything. With the hand: the work of the rebounding points.
 fn work_of(
     (model, state): (&Model, &State),
     work: &Work,
@@ -180,7 +180,7 @@ fn work_of(
             if found.rebound.is_some() {
                 by_rebounds += own;
                 exchanged += impulse[2].abs() * velocity[2].abs() + own.abs();
-            } else {
+            } else if found.anchor.loaded || found.distance < 0.0 {
                 returned += own.max(0.0);
             }
         }

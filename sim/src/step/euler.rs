@@ -17,7 +17,7 @@ use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
 use super::{blow_energy, contact_memory, friction_passes, impacts};
-use super::{integrate, joining, momentum, passing, slip_passes};
+use super::{integrate, joining, known_blows, momentum, passing, slip_passes};
 use crate::actuation::slowed;
 use crate::bounds::step_work;
 use crate::model::Model;
@@ -75,7 +75,7 @@ pub(super) fn step(
     );
 }
 
-/// Solves the step with its rebounds. If those of a sequence would add energy, it is solved again with each point's own.
+/// Solves the step with its rebounds.
 fn solve_with_rebounds(
     model: &Model,
     state: &State,
@@ -84,21 +84,16 @@ fn solve_with_rebounds(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
 ) -> Rebounds {
-    let h = model.config().step_s;
     let Work { collision, impacts, outcome, loads, .. } = work;
     let bodies = Bodies { model, state, loads };
     let rebounds = impacts::find(bodies, &mut collision.contacts, island, impacts, &mut outcome.work);
-    assemble(&work.input(model, state), island, h, problem, v);
-    solve(model, work, problem, newton, v);
-    let Work { collision, impacts, loads, .. } = work;
-    let bodies = Bodies { model, state, loads };
-    if rebounds == Rebounds::Sequence
-        && impacts::settle_sequence(bodies, collision, island, problem, impacts) == Rebounds::Own
-    {
-        assemble(&work.input(model, state), island, h, problem, v);
-        solve(model, work, problem, newton, v);
-        return Rebounds::Own;
+    match rebounds {
+        Rebounds::Sequence => impacts::follow_paths(model, collision, island, impacts),
+        Rebounds::Own => known_blows::note_single(bodies, &mut collision.contacts, island),
     }
+    assemble(&work.input(model, state), island, model.config().step_s, problem, v);
+    known_blows::start(&work.collision.contacts, island, problem, v);
+    solve(model, work, problem, newton, v);
     rebounds
 }
 

@@ -11,12 +11,8 @@ use crate::contact::narrow_phase::{ContactPair, ContactPoint, Contacts};
 use crate::contact::restitution::{Rebound, rebound};
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
-use crate::solver::problem::Problem;
 use crate::state::State;
 use palmares_models::{Mat3, Vec3};
-
-/// Rebounds that together add more than this part of the energy they exchange are withdrawn.
-const GAIN: f64 = 1e-5;
 
 /// Detours up to this part of an object's displacement do not invalidate cached gaps.
 const DETOUR: f64 = 0.01;
@@ -198,14 +194,17 @@ fn play(
             // Points that will meet in a later step continue unchanged.
             let missed = || candidate.misses() && velocity < rest_target(config, pair, point).0;
             let time_s = candidate.hit().or_else(|| missed().then_some(f64::INFINITY));
-            point.rebound =
-                time_s.map(|time_s| with_slip(bodies, pair, point, Rebound::new(time_s, velocity)));
+            let impulse = if pair.friction == 0.0 { candidate.impulse } else { 0.0 };
+            point.rebound = time_s.map(|time_s| {
+                let rebound = Rebound { impulse, ..Rebound::new(time_s, velocity) };
+                with_slip(bodies, pair, point, rebound)
+            });
         }
     }
     if several { Rebounds::Sequence } else { Rebounds::Own }
 }
 
-fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
+pub(super) fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
     let object = &model.objects()[k];
     let (linear, angular) = state.object_velocity(model, k);
     let rotation = state.objects[k].rotation;
@@ -218,69 +217,9 @@ fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
     ImpactBody::new(center, 1.0 / object.mass, r * inverse * r.transpose(), [linear, angular])
 }
 
-/// Keeps a sequence if its rebounds added no energy in the solution of `problem`: then the objects move along its paths. Bodies
-/// outside the sequence, such as a hand or a loaded wall behind a ball, may have raised the load beyond the correct one: then
-/// every point has its own rebound.
-pub(super) fn settle_sequence(
-    bodies: Bodies<'_>,
-    collision: &mut Collision,
-    island: &Island,
-    problem: &Problem,
-    impacts: &mut Impacts,
-) -> Rebounds {
-    let contacts = &mut collision.contacts;
-    if adds_energy(bodies, contacts, island, problem, &impacts.sequence) {
-        for &index in &island.pairs {
-            let pair = &contacts.pairs[index];
-            for point in &mut contacts.points[pair.points.clone()] {
-                point.rebound = rebound_of(bodies, pair, point);
-            }
-        }
-        return Rebounds::Own;
-    }
-    follow_paths(bodies.model, collision, island, impacts);
-    Rebounds::Sequence
-}
-
-/// Whether the impulses of a sequence do more than [`GAIN`] of the work that they exchange. The work of an impulse uses the mean of
-/// the velocities before and after; gravity acted until then.
-fn adds_energy(
-    bodies: Bodies<'_>,
-    contacts: &Contacts,
-    island: &Island,
-    problem: &Problem,
-    sequence: &ImpactSequence,
-) -> bool {
-    let h = bodies.model.config().step_s;
-    let (mut given, mut exchanged) = (0.0, 0.0);
-    let mut candidates = sequence.candidates.iter();
-    for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
-        let pair = &contacts.pairs[index];
-        if pair.restitution == 0.0 || on_hand(pair) {
-            continue;
-        }
-        let contact_points = &contacts.points[pair.points.clone()];
-        for ((point, contact), candidate) in
-            problem.points[solved.first..solved.end].iter().zip(contact_points).zip(&mut candidates)
-        {
-            if contact.rebound.is_none() {
-                continue;
-            }
-            let ([t1, t2, n], [g1, g2, gn, _], [v1, v2, vn, _]) = (point.axes, point.impulse, point.velocity);
-            let [start, _] = sequence.velocities(candidate, h);
-            let pull = bodies.pull(pair.b) - bodies.pull(pair.a);
-            let after = t1 * v1 + t2 * v2 + n * vn - pull * h;
-            let mean = (start + after) * 0.5 + pull * candidate.hit().unwrap_or(h);
-            given += (t1 * g1 + t2 * g2 + n * gn).dot(mean);
-            exchanged += 0.5 * gn * (start.dot(n).abs() + after.dot(n).abs());
-        }
-    }
-    given > GAIN * exchanged
-}
-
 /// Gives the objects the paths of a sequence. Cached gaps rely on no body moving farther than the faster of its velocities allows:
 /// a detour beyond [`DETOUR`] discards them.
-fn follow_paths(model: &Model, collision: &mut Collision, island: &Island, impacts: &mut Impacts) {
+pub(super) fn follow_paths(model: &Model, collision: &mut Collision, island: &Island, impacts: &mut Impacts) {
     let h = model.config().step_s;
     let Impacts { of_objects, sequence, .. } = impacts;
     let mut astray = false;
@@ -316,7 +255,7 @@ pub(super) fn on_object(owner: Owner) -> Option<usize> {
     }
 }
 
-fn on_hand(pair: &ContactPair) -> bool {
+pub(super) fn on_hand(pair: &ContactPair) -> bool {
     matches!((pair.a, pair.b), (Owner::Link(_), _) | (_, Owner::Link(_)))
 }
 

@@ -23,6 +23,7 @@ mod impacts;
 mod integrate;
 mod island;
 mod joining;
+mod known_blows;
 mod method;
 mod midpoint_correction;
 mod momentum;
