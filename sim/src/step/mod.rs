@@ -28,6 +28,7 @@ mod momentum;
 mod passing;
 mod resolve_scratch;
 mod scratch;
+mod second_order;
 mod sleep;
 mod slip_correction;
 mod slip_passes;

@@ -6,6 +6,7 @@ use super::drive::Drive;
 use super::forces::StepForces;
 use super::impacts::Impacts;
 use super::resolve_scratch::{Blend, Passing};
+use super::second_order::SecondOrder;
 use crate::actuation::friction::Passes;
 use crate::bounds::Fault;
 use crate::contact::collide::Collision;
@@ -27,6 +28,7 @@ pub(crate) struct Work {
     pub impacts: Impacts,
     /// Repeated solves for the friction of cables.
     pub friction_passes: Passes,
+    pub second_order: SecondOrder,
     pub continuous: Continuous,
     pub passing: Passing,
     pub blend: Blend,

@@ -1,0 +1,303 @@
+//! Second order after a step of implicit Euler, for a hand that rubs or touches furniture.
+//!
+//! Implicit Euler, `u₁ = u₀ + h F(u₁)` with u = (q, v), takes too much energy from springs: `h² k v²/2` in each step. One sweep of
+//! deferred correction with the trapezoidal rule (Dutt, Greengard, Rokhlin 2000) removes the error of first order:
+//!
+//! `(1 − Z) δ = −h/2 (F(u₁) − F(u₀))`, `u₁ + (1 + c Z)/(1 − Z)² δ`, `Z = h ∂F/∂u`
+//!
+//! The second factor keeps the scheme stable for any stiffness: it multiplies a mode of eigenvalue λ, z = h λ, by
+//! `1/(1 − z) − z²/2 (1 + c z)/(1 − z)⁴`, which goes to 0 for stiff modes, and is at most 1 for every damped or undamped one if
+//! c ≥ −23/12. Z has the matrix of the step. At rest δ is 0.
+//!
+//! The base is held by its servo or mount, and moves as implicit Euler moves it. Friction that slides is a constant force over the step. What sticks, turns round, bears or begins to bear within the step is held:
+//! there the motion of implicit Euler stays. Bias forces and inertia at the end of the step are those of the corrected positions, as
+//! in the method of velocity Verlet, so that gravity neither gains nor loses.
+
+use super::integrate;
+use super::work::Work;
+use crate::actuation::{clutch, friction};
+use crate::command::Push;
+use crate::dynamics::hand::HandDynamics;
+use crate::dynamics::pattern::{columns, row_sum};
+use crate::model::Model;
+use crate::solver::friction_cone::ConeHessian;
+use crate::solver::island::Island;
+use crate::solver::linear::Linear;
+use crate::solver::newton::Newton;
+use crate::solver::problem::{Point, Problem};
+use crate::solver::terms::{AxisTerm, ScalarLaw};
+use crate::state::State;
+use palmares_models::hand::Hand;
+
+/// c
+const FILTER: f64 = -1.75;
+
+/// Speed, m/s or rad/s, below which a hand is at rest.
+const AT_REST: f64 = 1e-6;
+
+/// Scratch memory of the correction.
+#[derive(Default)]
+pub(crate) struct SecondOrder {
+    /// v₁ − v₀, and without the base.
+    whole: Vec<f64>,
+    change: Vec<f64>,
+    rows: Vec<Linear>,
+    axes: Vec<Linear>,
+    /// Implicit stiffness and damping of every coordinate, times the step: `h d + h² k`.
+    implicit: Vec<f64>,
+    /// δ of the positions, and of the velocities or, before a solve, the momenta.
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    /// The first δ, filtered once.
+    once: (Vec<f64>, Vec<f64>),
+    force: Vec<f64>,
+}
+
+/// Whether the hand's step of implicit Euler with the solution `v` is corrected: it is alone, moves, and rubs or touches.
+pub(super) fn applies(
+    model: &Model,
+    state: &State,
+    work: &Work,
+    island: &Island,
+    problem: &Problem,
+    v: &[f64],
+) -> bool {
+    let moves = |v: &[f64]| v[..model.hand_dofs()].iter().any(|v| v.abs() >= AT_REST);
+    let touches = || problem.points.iter().any(|point| point.impulse[2] > 0.0);
+    island.objects.is_empty()
+        && work.drive.servo_on
+        && (model.friction_rows() > 0 || touches())
+        && (moves(&state.v) || moves(v))
+}
+
+/// Moves the hand with the solution `v` and its correction.
+pub(super) fn move_hand(
+    model: &Model,
+    state: &mut State,
+    work: &mut Work,
+    (problem, newton): (&mut Problem, &mut Newton),
+    v: &[f64],
+) {
+    let (h, n) = (model.config().step_s, model.hand_dofs());
+    let Some(hand) = model.hand() else { return };
+    let mut own = std::mem::take(&mut work.second_order);
+    own.whole.clear();
+    own.whole.extend(v[..n].iter().zip(&state.v).map(|(after, before)| after - before));
+    own.change.clone_from(&own.whole);
+    own.find_laws(model, hand, state, &work.dynamics, (problem, newton), v);
+    integrate::move_hand(model, state, problem.bolted, v, h);
+    work.outcome.work += newton.factor_work();
+    if newton.factor_held(model, &work.dynamics.kin, problem, (&own.rows, &own.axes)) {
+        own.correct(model, hand, &work.dynamics, (problem, newton), v);
+        own.apply(state);
+        let Work { dynamics, drive, .. } = work;
+        own.change_inertia(model, state, (dynamics, &drive.pushes), (problem, newton));
+    }
+    work.second_order = own;
+}
+
+impl SecondOrder {
+    /// What every law does in the correction; holds points.
+    fn find_laws(
+        &mut self,
+        model: &Model,
+        hand: &Hand,
+        state: &State,
+        dynamics: &HandDynamics,
+        (problem, newton): (&mut Problem, &mut Newton),
+        v: &[f64],
+    ) {
+        let (h, n) = (model.config().step_s, model.hand_dofs());
+        self.change[..6].fill(0.0);
+        newton.change_along(model, &dynamics.kin, problem, &self.change);
+        self.implicit.clear();
+        self.implicit.extend((6..n).map(|k| problem.hand_matrix[k * (n + 1)] - dynamics.mass[k * (n + 1)]));
+        self.rows.clear();
+        for (k, term) in problem.row_terms[..problem.rows].iter().enumerate() {
+            let rate = newton.row_velocity(k);
+            let wound = if k < hand.tendons.len() {
+                clutch::winding(hand, k, &state.motors, &state.locked, h)
+            } else {
+                0.0
+            };
+            self.rows.push(linear(&term.law, rate, newton.row_change(k), wound));
+        }
+        let first = problem.rows - model.friction_rows();
+        let Self { rows, force, .. } = self;
+        force.clear();
+        force.extend((first..problem.rows).map(|k| -newton.row_impulse(problem, k) / h));
+        let tension = |k: usize| newton.row_impulse(problem, k) / h + rows[k].fall;
+        friction::at_tensions(hand, tension, &problem.row_terms[first..], force);
+        for (k, before) in (first..).zip(&*force) {
+            rows[k].fall = -before - newton.row_impulse(problem, k) / h;
+        }
+        self.axes.clear();
+        for term in &problem.axis_terms {
+            let (rate, change) = (term.sign * v[term.dof], term.sign * self.change[term.dof]);
+            let mut law = linear(&term.law, rate, change, 0.0);
+            law.held |= term.dof < 6 || passes(hand, state, term, 0.5 * h * (2.0 * rate - change));
+            self.axes.push(law);
+        }
+        for k in 0..problem.points.len() {
+            if let Some(tangents) = holds(&problem.points[k]) {
+                newton.hold_point(problem, k, tangents);
+            }
+        }
+    }
+
+    /// Finds the correction of positions and velocities.
+    fn correct(
+        &mut self,
+        model: &Model,
+        hand: &Hand,
+        dynamics: &HandDynamics,
+        (problem, newton): (&Problem, &mut Newton),
+        v: &[f64],
+    ) {
+        let (h, n) = (model.config().step_s, model.hand_dofs());
+        for buffer in [&mut self.position, &mut self.velocity, &mut self.force] {
+            buffer.clear();
+            buffer.resize(n, 0.0);
+        }
+        // Half of the change of the velocities, without what is held.
+        newton.multiply_free(model, problem, (&self.rows, &self.axes), &self.change, &mut self.position);
+        newton.solve_held(problem, &mut self.position);
+        self.position.iter_mut().for_each(|x| *x *= -0.5 * h);
+        // Half of the change of the forces.
+        for (k, coordinate) in hand.coordinates.iter().enumerate() {
+            let (after, before) = (v[6 + k], v[6 + k] - self.change[6 + k]);
+            self.velocity[6 + k] = 0.5 * (self.implicit[k] * after - h * coordinate.damping * before);
+        }
+        let Self { rows, axes, velocity, .. } = self;
+        for (term, law) in problem.row_terms.iter().zip(&*rows) {
+            term.row.iter().for_each(|&(i, r)| velocity[i] += 0.5 * h * law.fall * r);
+        }
+        for (term, law) in problem.axis_terms.iter().zip(&*axes) {
+            velocity[term.dof] += 0.5 * h * law.fall * term.sign;
+        }
+        self.solve(h, hand, (problem, newton));
+        // With w = 1/(1 − Z) the filter is (1 + c) w² − c w.
+        for pass in 0..2 {
+            times(model, &dynamics.mass, &self.velocity, &mut self.force);
+            std::mem::swap(&mut self.velocity, &mut self.force);
+            self.solve(h, hand, (problem, newton));
+            if pass == 0 {
+                self.once.0.clone_from(&self.position);
+                self.once.1.clone_from(&self.velocity);
+            }
+        }
+        let mix = |(twice, once): (&mut f64, &f64)| *twice = (1.0 + FILTER) * *twice - FILTER * once;
+        self.position.iter_mut().zip(&self.once.0).for_each(mix);
+        self.velocity.iter_mut().zip(&self.once.1).for_each(mix);
+    }
+
+    /// Solves `(1 − Z) δ = (position, velocity)`, in which the velocities are momenta before.
+    fn solve(&mut self, h: f64, hand: &Hand, (problem, newton): (&Problem, &mut Newton)) {
+        let Self { rows, axes, implicit, position, velocity, .. } = self;
+        for (k, coordinate) in hand.coordinates.iter().enumerate() {
+            velocity[6 + k] -= (implicit[k] / h - coordinate.damping) * position[6 + k];
+        }
+        for (term, law) in problem.row_terms.iter().zip(&*rows).filter(|(_, law)| law.stiffness > 0.0) {
+            let along = h * law.stiffness * term.apply(position);
+            term.row.iter().for_each(|&(i, r)| velocity[i] -= r * along);
+        }
+        for (term, law) in problem.axis_terms.iter().zip(&*axes) {
+            velocity[term.dof] -= h * law.stiffness * position[term.dof];
+        }
+        newton.solve_held(problem, velocity);
+        position.iter_mut().zip(velocity).for_each(|(x, v)| *x += h * *v);
+    }
+
+    /// Adds the correction to a state at the end of the step.
+    fn apply(&self, state: &mut State) {
+        let add = |(to, by): (&mut f64, &f64)| *to += by;
+        state.q.iter_mut().zip(&self.position[6..]).for_each(add);
+        state.v.iter_mut().zip(&self.velocity).for_each(add);
+    }
+
+    /// Adds half of the change of bias and inertia in the step.
+    fn change_inertia(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        (dynamics, pushes): (&mut HandDynamics, &[Push]),
+        (problem, newton): (&Problem, &mut Newton),
+    ) {
+        let h = model.config().step_s;
+        times(model, &dynamics.mass, &self.whole, &mut self.force);
+        self.velocity.clone_from(&self.force);
+        self.velocity.iter_mut().zip(&dynamics.bias).for_each(|(p, bias)| *p += h * bias);
+        dynamics.update(model, false, state.base, &state.q, &state.v);
+        dynamics.add_pushes(model, pushes);
+        times(model, &dynamics.mass, &self.whole, &mut self.force);
+        let after = self.force.iter().zip(&dynamics.bias);
+        for (before, (inertia, bias)) in self.velocity.iter_mut().zip(after) {
+            *before = 0.5 * (*before - inertia - h * bias);
+        }
+        newton.solve_held(problem, &mut self.velocity);
+        state.v.iter_mut().zip(&self.velocity).for_each(|(v, by)| *v += by);
+    }
+}
+
+/// `out = M x` with a matrix of the hand's pattern.
+fn times(model: &Model, matrix: &[f64], x: &[f64], out: &mut [f64]) {
+    let n = model.hand_dofs();
+    let clusters = &model.clusters()[..model.hand_clusters()];
+    for (block, cluster) in clusters.iter().enumerate() {
+        let columns = columns(clusters, block, n);
+        for i in cluster.dofs.clone() {
+            out[i] = row_sum(&matrix[i * n..][..n], x, &columns);
+        }
+    }
+}
+
+/// A law about its solution at the rate u, which has changed by `change`, while the reference of the row has moved by `wound`. It is held
+/// if it sticks, turns round, or acts only at one end of the step.
+fn linear(law: &ScalarLaw, u: f64, change: f64, wound: f64) -> Linear {
+    let before = u - change;
+    let (h, before_error, error, [low, high], [stiffness, damping, target]) = match *law {
+        ScalarLaw::Servo { h, stiffness, damping, error, target, limit } => {
+            (h, error - h * target - wound, error, [-limit, limit], [stiffness, damping, target])
+        }
+        ScalarLaw::Tendon { h, stiffness, damping, error, limit } => {
+            (h, error - wound, error, [0.0, limit], [stiffness, damping, 0.0])
+        }
+        ScalarLaw::Friction { h, stiffness, held, low, high } => {
+            let force = held + h * stiffness * u;
+            let slides = force >= high && before >= 0.0 || force <= low && before <= 0.0;
+            return Linear { held: !slides, ..Linear::default() };
+        }
+        ScalarLaw::Limit { target, .. } => return Linear { held: u < target, ..Linear::default() },
+        ScalarLaw::Driven(_) => return Linear { held: true, ..Linear::default() },
+    };
+    let force = |error: f64, u: f64| stiffness * error + damping * (target - u);
+    let ends = [force(before_error, before), force(error - h * u, u)];
+    let regimes = ends.map(|f| i32::from(f >= high) - i32::from(f <= low));
+    match regimes {
+        [0, 0] => Linear { held: false, stiffness, fall: ends[0] - ends[1] },
+        [a, b] => Linear { held: a != b, ..Linear::default() },
+    }
+}
+
+/// Whether a coordinate passes its limit within the step, if it moves on by `way` along the term's sign.
+fn passes(hand: &Hand, state: &State, term: &AxisTerm, way: f64) -> bool {
+    let ScalarLaw::Limit { .. } = term.law else { return false };
+    let (coordinate, q) = (&hand.coordinates[term.dof - 6], state.q[term.dof - 6]);
+    let gap = if term.sign > 0.0 { q - coordinate.lower } else { coordinate.upper - q };
+    gap + way < 0.0
+}
+
+/// Whether a point is held: along its normal if it bears or would overlap, and along its tangents (true) if it sticks or turns round.
+fn holds(point: &Point) -> Option<bool> {
+    let (impulse, law) = point.law.impulse(point.velocity);
+    let change = point.change();
+    // Twice the mean velocity in the step.
+    let twice: [f64; 4] = std::array::from_fn(|k| 2.0 * point.velocity[k] - change[k]);
+    match law {
+        ConeHessian::Open => (twice[2] < 2.0 * point.law.target[2]).then_some(false),
+        ConeHessian::Stick => Some(true),
+        ConeHessian::Slip(..) => {
+            Some(impulse[0] * twice[0] + impulse[1] * twice[1] + impulse[3] * twice[3] > 0.0)
+        }
+    }
+}
