@@ -19,6 +19,8 @@ pub(crate) struct Linear {
     pub stiffness: f64,
     /// Force at the start of the step less that at its end.
     pub fall: f64,
+    /// The same for friction that turns round within the step: the force before it does so less that after.
+    pub turn: f64,
 }
 
 impl Newton {

@@ -13,24 +13,26 @@
 //! there the motion of implicit Euler stays. Bias forces and inertia at the end of the step are those of the corrected positions, as
 //! in the method of velocity Verlet, so that gravity neither gains nor loses.
 
+mod inertia;
+mod laws;
+
 use super::integrate;
 use super::work::Work;
 use crate::actuation::{clutch, friction};
-use crate::command::Push;
 use crate::dynamics::hand::HandDynamics;
 use crate::dynamics::pattern::{columns, row_sum};
 use crate::model::Model;
-use crate::solver::friction_cone::ConeHessian;
 use crate::solver::island::Island;
 use crate::solver::linear::Linear;
 use crate::solver::newton::Newton;
-use crate::solver::problem::{Point, Problem};
-use crate::solver::terms::{AxisTerm, ScalarLaw};
+use crate::solver::problem::Problem;
 use crate::state::State;
+use inertia::Inertia;
+use laws::{holds, linear, passes};
 use palmares_models::hand::Hand;
 
 /// c
-const FILTER: f64 = -1.75;
+const FILTER: f64 = -1.875;
 
 /// Speed, m/s or rad/s, below which a hand is at rest.
 const AT_REST: f64 = 1e-6;
@@ -38,8 +40,7 @@ const AT_REST: f64 = 1e-6;
 /// Scratch memory of the correction.
 #[derive(Default)]
 pub(crate) struct SecondOrder {
-    /// v₁ − v₀, and without the base.
-    whole: Vec<f64>,
+    /// v₁ − v₀ of the joints.
     change: Vec<f64>,
     rows: Vec<Linear>,
     axes: Vec<Linear>,
@@ -51,6 +52,7 @@ pub(crate) struct SecondOrder {
     /// The first δ, filtered once.
     once: (Vec<f64>, Vec<f64>),
     force: Vec<f64>,
+    inertia: Inertia,
 }
 
 /// Whether the hand's step of implicit Euler with the solution `v` is corrected: it is alone, moves, and rubs or touches.
@@ -64,7 +66,8 @@ pub(super) fn applies(
 ) -> bool {
     let moves = |v: &[f64]| v[..model.hand_dofs()].iter().any(|v| v.abs() >= AT_REST);
     let touches = || problem.points.iter().any(|point| point.impulse[2] > 0.0);
-    island.objects.is_empty()
+    std::env::var("DRYOFF").is_err()
+        && island.objects.is_empty()
         && work.drive.servo_on
         && (model.friction_rows() > 0 || touches())
         && (moves(&state.v) || moves(v))
@@ -81,9 +84,9 @@ pub(super) fn move_hand(
     let (h, n) = (model.config().step_s, model.hand_dofs());
     let Some(hand) = model.hand() else { return };
     let mut own = std::mem::take(&mut work.second_order);
-    own.whole.clear();
-    own.whole.extend(v[..n].iter().zip(&state.v).map(|(after, before)| after - before));
-    own.change.clone_from(&own.whole);
+    own.change.clear();
+    own.change.extend(v[..n].iter().zip(&state.v).map(|(after, before)| after - before));
+    own.inertia.begin(state, &own.change);
     own.find_laws(model, hand, state, &work.dynamics, (problem, newton), v);
     integrate::move_hand(model, state, problem.bolted, v, h);
     work.outcome.work += newton.factor_work();
@@ -91,7 +94,7 @@ pub(super) fn move_hand(
         own.correct(model, hand, &work.dynamics, (problem, newton), v);
         own.apply(state);
         let Work { dynamics, drive, .. } = work;
-        own.change_inertia(model, state, (dynamics, &drive.pushes), (problem, newton));
+        own.inertia.follow(model, state, (dynamics, &drive.pushes), (problem, newton));
     }
     work.second_order = own;
 }
@@ -175,6 +178,19 @@ impl SecondOrder {
         for (term, law) in problem.axis_terms.iter().zip(&*axes) {
             velocity[term.dof] += 0.5 * h * law.fall * term.sign;
         }
+        for (row, law) in self.rows.iter().enumerate().filter(|(_, law)| law.turn != 0.0) {
+            // The response to a force for a time t: velocities F t, positions F t (h − t/2).
+            let term = &problem.row_terms[row];
+            self.force.fill(0.0);
+            term.row.iter().for_each(|&(i, r)| self.force[i] = r);
+            newton.solve_held(problem, &mut self.force);
+            let after = newton.row_velocity(row);
+            let before = after - newton.row_change(row);
+            let time = h * before / (before - after - h * law.turn * term.apply(&self.force));
+            let impulse = law.turn * time.clamp(0.0, h);
+            term.row.iter().for_each(|&(i, r)| self.velocity[i] += r * impulse);
+            self.position.iter_mut().zip(&self.force).for_each(|(x, u)| *x -= 0.5 * impulse * time * u);
+        }
         self.solve(h, hand, (problem, newton));
         // With w = 1/(1 − Z) the filter is (1 + c) w² − c w.
         for pass in 0..2 {
@@ -214,90 +230,16 @@ impl SecondOrder {
         state.q.iter_mut().zip(&self.position[6..]).for_each(add);
         state.v.iter_mut().zip(&self.velocity).for_each(add);
     }
-
-    /// Adds half of the change of bias and inertia in the step.
-    fn change_inertia(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        (dynamics, pushes): (&mut HandDynamics, &[Push]),
-        (problem, newton): (&Problem, &mut Newton),
-    ) {
-        let h = model.config().step_s;
-        times(model, &dynamics.mass, &self.whole, &mut self.force);
-        self.velocity.clone_from(&self.force);
-        self.velocity.iter_mut().zip(&dynamics.bias).for_each(|(p, bias)| *p += h * bias);
-        dynamics.update(model, false, state.base, &state.q, &state.v);
-        dynamics.add_pushes(model, pushes);
-        times(model, &dynamics.mass, &self.whole, &mut self.force);
-        let after = self.force.iter().zip(&dynamics.bias);
-        for (before, (inertia, bias)) in self.velocity.iter_mut().zip(after) {
-            *before = 0.5 * (*before - inertia - h * bias);
-        }
-        newton.solve_held(problem, &mut self.velocity);
-        state.v.iter_mut().zip(&self.velocity).for_each(|(v, by)| *v += by);
-    }
 }
 
 /// `out = M x` with a matrix of the hand's pattern.
-fn times(model: &Model, matrix: &[f64], x: &[f64], out: &mut [f64]) {
+pub(super) fn times(model: &Model, matrix: &[f64], x: &[f64], out: &mut [f64]) {
     let n = model.hand_dofs();
     let clusters = &model.clusters()[..model.hand_clusters()];
     for (block, cluster) in clusters.iter().enumerate() {
         let columns = columns(clusters, block, n);
         for i in cluster.dofs.clone() {
             out[i] = row_sum(&matrix[i * n..][..n], x, &columns);
-        }
-    }
-}
-
-/// A law about its solution at the rate u, which has changed by `change`, while the reference of the row has moved by `wound`. It is held
-/// if it sticks, turns round, or acts only at one end of the step.
-fn linear(law: &ScalarLaw, u: f64, change: f64, wound: f64) -> Linear {
-    let before = u - change;
-    let (h, before_error, error, [low, high], [stiffness, damping, target]) = match *law {
-        ScalarLaw::Servo { h, stiffness, damping, error, target, limit } => {
-            (h, error - h * target - wound, error, [-limit, limit], [stiffness, damping, target])
-        }
-        ScalarLaw::Tendon { h, stiffness, damping, error, limit } => {
-            (h, error - wound, error, [0.0, limit], [stiffness, damping, 0.0])
-        }
-        ScalarLaw::Friction { h, stiffness, held, low, high } => {
-            let force = held + h * stiffness * u;
-            let slides = force >= high && before >= 0.0 || force <= low && before <= 0.0;
-            return Linear { held: !slides, ..Linear::default() };
-        }
-        ScalarLaw::Limit { target, .. } => return Linear { held: u < target, ..Linear::default() },
-        ScalarLaw::Driven(_) => return Linear { held: true, ..Linear::default() },
-    };
-    let force = |error: f64, u: f64| stiffness * error + damping * (target - u);
-    let ends = [force(before_error, before), force(error - h * u, u)];
-    let regimes = ends.map(|f| i32::from(f >= high) - i32::from(f <= low));
-    match regimes {
-        [0, 0] => Linear { held: false, stiffness, fall: ends[0] - ends[1] },
-        [a, b] => Linear { held: a != b, ..Linear::default() },
-    }
-}
-
-/// Whether a coordinate passes its limit within the step, if it moves on by `way` along the term's sign.
-fn passes(hand: &Hand, state: &State, term: &AxisTerm, way: f64) -> bool {
-    let ScalarLaw::Limit { .. } = term.law else { return false };
-    let (coordinate, q) = (&hand.coordinates[term.dof - 6], state.q[term.dof - 6]);
-    let gap = if term.sign > 0.0 { q - coordinate.lower } else { coordinate.upper - q };
-    gap + way < 0.0
-}
-
-/// Whether a point is held: along its normal if it bears or would overlap, and along its tangents (true) if it sticks or turns round.
-fn holds(point: &Point) -> Option<bool> {
-    let (impulse, law) = point.law.impulse(point.velocity);
-    let change = point.change();
-    // Twice the mean velocity in the step.
-    let twice: [f64; 4] = std::array::from_fn(|k| 2.0 * point.velocity[k] - change[k]);
-    match law {
-        ConeHessian::Open => (twice[2] < 2.0 * point.law.target[2]).then_some(false),
-        ConeHessian::Stick => Some(true),
-        ConeHessian::Slip(..) => {
-            Some(impulse[0] * twice[0] + impulse[1] * twice[1] + impulse[3] * twice[3] > 0.0)
         }
     }
 }
