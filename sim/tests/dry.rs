@@ -118,19 +118,22 @@ fn run(
     let (mut least, mut total) = (before, 0.0f64);
     let mut path = Vec::new();
     for k in 0..(time / h).round() as usize {
+        let was =
+            (world.state().tension.clone(), world.state().friction.clone(), world.state().v[6..].to_vec());
         let outcome = world.step(&command);
         if !outcome.converged {
             println!("not converged at {k} {:?} {:?} {:?}", world.fault(), world.state().q, world.state().v);
             return (world.state().q.clone(), vec![], 0.0, 0.0);
         }
         let now = energy(&world);
-        if now - before > 1e-4 * start && std::env::var("SHOW").is_ok() {
+        if now - before > 1e-5 * start && sigma == 0.0 && start > 0.0 && std::env::var("SHOW").is_ok() {
             let turn = world.state().v[6..].iter().map(|v| (v * h).abs()).fold(0.0, f64::max);
             println!(
-                "h {h} step {k} rise {:.1e} turn {turn:.3} q {:?} v {:?}",
+                "h {h} step {k} rise {:.1e} turn {turn:.3} v {:.2?} tension {:.4?} friction {:.4?} was {was:.4?}",
                 (now - before) / start,
-                world.state().q,
-                &world.state().v[6..]
+                &world.state().v[6..],
+                world.state().tension,
+                world.state().friction
             );
         }
         rise = rise.max(now - before);

@@ -7,9 +7,9 @@ use crate::solver::terms::{AxisTerm, ScalarLaw};
 use crate::state::State;
 use palmares_models::hand::Hand;
 
-/// A law about its solution at the rate u, which has changed by `change`, while the reference of the row has moved by `wound`. It is held
-/// if it sticks, turns round, or acts only at one end of the step.
-pub(super) fn linear(law: &ScalarLaw, u: f64, change: f64, wound: f64) -> Linear {
+/// A law about its solution at the rate u, which has changed by `change`, while the reference of the row has moved by `wound`. Friction is
+/// held if it sticks, and a drive always; None for a spring that acts only in a part of the step, such as a cable that becomes slack.
+pub(super) fn linear(law: &ScalarLaw, u: f64, change: f64, wound: f64) -> Option<Linear> {
     let before = u - change;
     let (h, before_error, error, [low, high], [stiffness, damping, target]) = match *law {
         ScalarLaw::Servo { h, stiffness, damping, error, target, limit } => {
@@ -26,17 +26,18 @@ pub(super) fn linear(law: &ScalarLaw, u: f64, change: f64, wound: f64) -> Linear
                 _ => 0.0,
             };
             let slides = turn != 0.0 || force >= high && before >= 0.0 || force <= low && before <= 0.0;
-            return Linear { held: !slides, turn, ..Linear::default() };
+            return Some(Linear { held: !slides, turn, ..Linear::default() });
         }
-        ScalarLaw::Limit { target, .. } => return Linear { held: u < target, ..Linear::default() },
-        ScalarLaw::Driven(_) => return Linear { held: true, ..Linear::default() },
+        ScalarLaw::Limit { target, .. } => return Some(Linear { held: u < target, ..Linear::default() }),
+        ScalarLaw::Driven(_) => return Some(Linear { held: true, ..Linear::default() }),
     };
     let force = |error: f64, u: f64| stiffness * error + damping * (target - u);
-    let ends = [force(before_error, before), force(error - h * u, u)];
-    let regimes = ends.map(|f| i32::from(f >= high) - i32::from(f <= low));
-    match regimes {
-        [0, 0] => Linear { stiffness, fall: ends[0] - ends[1], ..Linear::default() },
-        [a, b] => Linear { held: a != b, ..Linear::default() },
+    // At both ends, and where the mean of the rates leads.
+    let mean = 0.5 * (before + u);
+    let forces = [force(before_error, before), force(error - h * u, u), force(error - h * mean, u)];
+    match forces.map(|f| i32::from(f >= high) - i32::from(f <= low)) {
+        [0, 0, _] => Some(Linear { stiffness, fall: forces[0] - forces[1], ..Linear::default() }),
+        [a, b, c] => (a == b && b == c).then(Linear::default),
     }
 }
 

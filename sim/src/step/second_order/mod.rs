@@ -66,8 +66,7 @@ pub(super) fn applies(
 ) -> bool {
     let moves = |v: &[f64]| v[..model.hand_dofs()].iter().any(|v| v.abs() >= AT_REST);
     let touches = || problem.points.iter().any(|point| point.impulse[2] > 0.0);
-    std::env::var("DRYOFF").is_err()
-        && island.objects.is_empty()
+    island.objects.is_empty()
         && work.drive.servo_on
         && (model.friction_rows() > 0 || touches())
         && (moves(&state.v) || moves(v))
@@ -87,10 +86,10 @@ pub(super) fn move_hand(
     own.change.clear();
     own.change.extend(v[..n].iter().zip(&state.v).map(|(after, before)| after - before));
     own.inertia.begin(state, &own.change);
-    own.find_laws(model, hand, state, &work.dynamics, (problem, newton), v);
+    let smooth = own.find_laws(model, hand, state, &work.dynamics, (problem, newton), v);
     integrate::move_hand(model, state, problem.bolted, v, h);
     work.outcome.work += newton.factor_work();
-    if newton.factor_held(model, &work.dynamics.kin, problem, (&own.rows, &own.axes)) {
+    if smooth && newton.factor_held(model, &work.dynamics.kin, problem, (&own.rows, &own.axes)) {
         own.correct(model, hand, &work.dynamics, (problem, newton), v);
         own.apply(state);
         let Work { dynamics, drive, .. } = work;
@@ -100,7 +99,7 @@ pub(super) fn move_hand(
 }
 
 impl SecondOrder {
-    /// What every law does in the correction; holds points.
+    /// What every law does in the correction; holds points. False if a spring begins or ends to act: its step stays that of implicit Euler.
     fn find_laws(
         &mut self,
         model: &Model,
@@ -109,8 +108,9 @@ impl SecondOrder {
         dynamics: &HandDynamics,
         (problem, newton): (&mut Problem, &mut Newton),
         v: &[f64],
-    ) {
+    ) -> bool {
         let (h, n) = (model.config().step_s, model.hand_dofs());
+        let mut smooth = true;
         self.change[..6].fill(0.0);
         newton.change_along(model, &dynamics.kin, problem, &self.change);
         self.implicit.clear();
@@ -123,7 +123,9 @@ impl SecondOrder {
             } else {
                 0.0
             };
-            self.rows.push(linear(&term.law, rate, newton.row_change(k), wound));
+            let law = linear(&term.law, rate, newton.row_change(k), wound);
+            smooth &= law.is_some();
+            self.rows.push(law.unwrap_or_default());
         }
         let first = problem.rows - model.friction_rows();
         let Self { rows, force, .. } = self;
@@ -137,7 +139,7 @@ impl SecondOrder {
         self.axes.clear();
         for term in &problem.axis_terms {
             let (rate, change) = (term.sign * v[term.dof], term.sign * self.change[term.dof]);
-            let mut law = linear(&term.law, rate, change, 0.0);
+            let mut law = linear(&term.law, rate, change, 0.0).unwrap_or_default();
             law.held |= term.dof < 6 || passes(hand, state, term, 0.5 * h * (2.0 * rate - change));
             self.axes.push(law);
         }
@@ -146,6 +148,7 @@ impl SecondOrder {
                 newton.hold_point(problem, k, tangents);
             }
         }
+        smooth
     }
 
     /// Finds the correction of positions and velocities.
