@@ -1,16 +1,19 @@
-//! Springs with dry friction, in second order.
+//! Springs with dry friction, cables that rub, and gravity, in second order and without a gain of energy.
 
 use palmares_models::hand::{
     Coordinate, CoordinateSettings, Guide, Hand, Hinge, HingeKind, Inertia, Joint, Link, MotorSettings,
     Tendon, TendonNumbers,
 };
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
+use palmares_sim::dynamics::crba::Inertias;
+use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::{Command, Config, Model, State, World};
 use std::sync::Arc;
 
+/// Kind and axis of the joint, mass, kg, and place of the centre of mass, m, which is half of the way to the next part.
 type Part = (HingeKind, Vec3, f64, Vec3);
 
-/// A chain of parts: kind and axis of the joint, mass, and place of the centre of mass, which is also half of the way to the next.
+/// A hand of a palm and a chain of parts, with the stiffness and the friction of every joint; its weight counts.
 fn chain(parts: &[Part], numbers: &[[f64; 2]]) -> Hand {
     let body = |mass: f64, com: Vec3| Inertia {
         mass,
@@ -60,185 +63,150 @@ fn chain(parts: &[Part], numbers: &[[f64; 2]]) -> Hand {
     hand
 }
 
-fn world(hand: &Arc<Hand>, h: f64, bolted: bool, q: &[f64]) -> (World, Command) {
+/// Bars of a finger, 4 cm long, and rods of a pendulum.
+fn bar(mass: f64) -> Part {
+    (HingeKind::Revolute, Vec3::Z, mass, Vec3::Y * 0.02)
+}
+
+fn rod(mass: f64) -> Part {
+    (HingeKind::Revolute, Vec3::X, mass, Vec3::Z * -0.1)
+}
+
+/// Energy of the hand in its motion, height, springs and cables, J.
+fn energy(world: &World) -> f64 {
+    let (model, state) = (world.model(), world.state());
+    let hand = model.hand().expect("a hand");
+    let (mut kin, mut inertias, mut velocity) = (Kinematics::default(), Inertias::default(), Vec::new());
+    kin.update(hand, state.base, &state.q);
+    inertias.update(hand, &kin, 0);
+    kin.velocities(hand, &state.v, &mut velocity);
+    let mut sum = 0.0;
+    for (i, link) in hand.links.iter().enumerate() {
+        sum += 0.5 * velocity[i].dot(inertias.link[i].mul(velocity[i]));
+        let at = kin.pose[i].transform_point(link.inertia.com);
+        sum -= link.inertia.mass * model.config().gravity.dot(at);
+    }
+    let springs = state.q.iter().zip(&hand.coordinates).map(|(q, c)| 0.5 * c.stiffness * q * q);
+    let cables = hand.tendons.iter().map(|tendon| {
+        let wound = tendon.wound(&hand.motors, |motor| state.motors[motor].position);
+        0.5 * tendon.stiffness * (wound - tendon.length(&state.q)).max(0.0).powi(2)
+    });
+    sum + springs.sum::<f64>() + cables.sum::<f64>()
+}
+
+/// A hand on a bolted base, let go at q.
+fn world(hand: &Hand, h: f64, q: &[f64]) -> (World, Command) {
     let mut config = Config::with_step(h);
-    config.base.bolted = bolted;
-    let model = Arc::new(Model::new(config, Some(hand.clone())).expect("a hand"));
+    config.base.bolted = true;
+    let model = Arc::new(Model::new(config, Some(Arc::new(hand.clone()))).expect("a hand"));
     let mut state = State::at_rest(&model, Pose::IDENTITY, &[]);
     state.q.copy_from_slice(q);
     let command = Command::stay(&model, Pose::IDENTITY);
     (World::new(model, state), command)
 }
 
-fn energy(world: &World) -> f64 {
-    use palmares_sim::dynamics::{crba::Inertias, tree::Kinematics};
-    let (model, state) = (world.model(), world.state());
-    let hand = model.hand().unwrap();
-    let (mut kin, mut inertias, mut velocity) = (Kinematics::default(), Inertias::default(), Vec::new());
-    kin.update(hand, state.base, &state.q);
-    inertias.update(hand, &kin, 0);
-    kin.velocities(hand, &state.v[..model.hand_dofs()], &mut velocity);
-    let mut sum = 0.0;
-    for (i, link) in hand.links.iter().enumerate() {
-        sum += 0.5 * velocity[i].dot(inertias.link[i].mul(velocity[i]));
-        if !hand.gravity_compensation {
-            sum -=
-                link.inertia.mass * model.config().gravity.dot(kin.pose[i].transform_point(link.inertia.com));
-        }
-    }
-    for (q, c) in state.q.iter().zip(&hand.coordinates) {
-        sum += 0.5 * c.stiffness * (q - c.rest).powi(2);
-    }
-    for spring in &hand.springs {
-        sum += 0.5 * spring.stiffness * spring.stretch(&state.q).powi(2);
-    }
-    for tendon in &hand.tendons {
-        let wound = tendon.wound(&hand.motors, |motor| state.motors[motor].position);
-        let x = (wound - tendon.length(&state.q)).max(0.0);
-        sum += 0.5 * tendon.stiffness * x * x;
-    }
-    sum
-}
-
-/// Final q, largest rise of energy between steps, total fall
-fn run(
-    hand: &Arc<Hand>,
-    h: f64,
-    bolted: bool,
-    q: &[f64],
-    sigma: f64,
-    time: f64,
-) -> (Vec<f64>, Vec<f64>, f64, f64) {
-    let (mut world, mut command) = world(hand, h, bolted, q);
-    if !command.sigma.is_empty() {
-        command.sigma[0] = sigma;
-    }
-    let (mut before, mut rise) = (energy(&world), 0.0f64);
-    let start = before;
-    let (mut least, mut total) = (before, 0.0f64);
-    let mut path = Vec::new();
-    for k in 0..(time / h).round() as usize {
-        let was =
-            (world.state().tension.clone(), world.state().friction.clone(), world.state().v[6..].to_vec());
-        let outcome = world.step(&command);
-        if !outcome.converged {
-            println!("not converged at {k} {:?} {:?} {:?}", world.fault(), world.state().q, world.state().v);
-            return (world.state().q.clone(), vec![], 0.0, 0.0);
-        }
+/// Coordinates every 16 ms for a time, s. No step adds more than a part `gain` of the energy at the start.
+fn path(hand: &Hand, h: f64, q: &[f64], time_s: f64, gain: f64) -> Vec<f64> {
+    let (mut world, command) = world(hand, h, q);
+    let start = energy(&world);
+    let (mut before, mut path) = (start, Vec::new());
+    let every = (0.016 / h).round() as usize;
+    for k in 1..=(time_s / h).round() as usize {
+        assert!(world.step(&command).converged);
         let now = energy(&world);
-        if now - before > 1e-5 * start && sigma == 0.0 && start > 0.0 && std::env::var("SHOW").is_ok() {
-            let turn = world.state().v[6..].iter().map(|v| (v * h).abs()).fold(0.0, f64::max);
-            println!(
-                "h {h} step {k} rise {:.1e} turn {turn:.3} v {:.2?} tension {:.4?} friction {:.4?} was {was:.4?}",
-                (now - before) / start,
-                &world.state().v[6..],
-                world.state().tension,
-                world.state().friction
-            );
-        }
-        rise = rise.max(now - before);
-        least = least.min(now);
-        total = total.max(now - least);
+        assert!(now - before <= gain * start.abs(), "step {k} of {h}: {:e} J of {start}", now - before);
         before = now;
-        if ((k + 1) as f64 * h / 0.016).fract() < 1e-6 || ((k + 1) as f64 * h / 0.016).fract() > 1.0 - 1e-6 {
+        if k % every == 0 {
             path.extend_from_slice(&world.state().q);
         }
     }
-    let _ = total;
-    (world.state().q.clone(), path, rise / (start.abs() + 1e-12), total / (start.abs() + 1e-12))
+    path
 }
 
-fn study(name: &str, hand: &Arc<Hand>, bolted: bool, q: &[f64], sigma: f64, time: f64) {
-    let (end, fine, ..) = run(hand, 1e-3 / 64.0, bolted, q, sigma, time);
-    let n = end.len();
-    for h in [16e-3, 8e-3, 4e-3, 2e-3, 1e-3, 0.5e-3] {
-        let (last, path, rise, total) = run(hand, h, bolted, q, sigma, time);
-        let worst = path.iter().zip(&fine).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let off = last.iter().zip(&end).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let size = fine.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        println!(
-            "{name} {:5} ms: path {:.3e} end {:.3e} of {size:.3} (n {n}), rise {rise:.1e} total {total:.1e}",
-            h * 1e3,
-            worst,
-            off
-        );
-    }
-}
-
-#[test]
-fn oscillators() {
-    for (k, m, part) in [
-        (100.0, 1.0, 0.05),
-        (100.0, 1.0, 0.01),
-        (1000.0, 1.0, 0.05),
-        (1e4, 1.0, 0.05),
-        (2.0, 0.02, 0.05),
-        (50.0, 0.02, 0.05),
-    ] {
-        let (start, w) = (0.2, libm::sqrt(k / m));
-        let f = part * k * start;
-        let hand = Arc::new(chain(&[(HingeKind::Prismatic, Vec3::X, m, Vec3::ZERO)], &[[k, f]]));
-        for h in [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3] {
-            let (mut world, command) = world(&hand, h, true, &[start]);
-            let (mut turns, mut before) = (Vec::new(), (start, 0.0f64));
-            for _ in 0..(5.0 * 3.1416 / w / h) as usize + 3 {
-                world.step(&command);
-                let (x, v) = (world.state().q[0], world.state().v[6]);
-                if before.1 * v < 0.0 {
-                    turns.push(before.0.abs() + 0.5 * m * before.1 * before.1 / (k * before.0.abs() + f));
-                }
-                if v != 0.0 {
-                    before = (x, v);
-                }
+/// Amplitude after four half cycles of a spring k, mass m and friction F, let go at 0.2.
+fn amplitude(k: f64, m: f64, f: f64, h: f64) -> f64 {
+    let hand = chain(&[(HingeKind::Prismatic, Vec3::X, m, Vec3::ZERO)], &[[k, f]]);
+    let (mut world, command) = world(&hand, h, &[0.2]);
+    let (mut turns, mut before) = (0, (0.2f64, 0.0f64));
+    loop {
+        world.step(&command);
+        let (x, v) = (world.state().q[0], world.state().v[6]);
+        if before.1 * v < 0.0 {
+            turns += 1;
+            if turns == 4 {
+                return before.0.abs() + 0.5 * m * before.1 * before.1 / (k * before.0.abs() + f);
             }
-            let exact = start - 8.0 * f / k;
-            let found = turns.get(3).copied().unwrap_or(0.0);
-            println!(
-                "k {k} m {m} F {f} h {} wh {:.3}: {:.3} %",
-                h * 1e3,
-                w * h,
-                100.0 * (found / exact - 1.0)
-            );
+        }
+        if v != 0.0 {
+            before = (x, v);
         }
     }
 }
 
+/// The bound is 2 % where the step is a fiftieth of a cycle, and grows with the square of the step; 10 µm by which a joint gives way
+/// come in addition at every turn.
 #[test]
-fn studies() {
-    let slide = |m: f64| (HingeKind::Prismatic, Vec3::X, m, Vec3::ZERO);
-    let two = chain(&[slide(0.5), slide(0.3)], &[[100.0, 0.4], [60.0, 0.2]]);
-    study("chain", &two.into(), true, &[0.2, -0.1], 0.0, 1.28);
-    let bar = |m: f64| (HingeKind::Revolute, Vec3::Z, m, Vec3::Y * 0.02);
-    let bars = [bar(0.05), bar(0.04), bar(0.03)];
-    let finger = chain(&bars, &[[0.05, 5e-4], [0.03, 5e-4], [0.01, 5e-4]]);
-    study("finger", &finger.clone().into(), true, &[1.0, -0.5, 0.8], 0.0, 1.28);
-    study("finger on servo", &finger.clone().into(), false, &[1.0, -0.5, 0.8], 0.0, 1.28);
-    let hang = |m: f64| (HingeKind::Revolute, Vec3::X, m, Vec3::Z * -0.1);
-    for friction in [5e-4, 1e-6] {
-        let pendulum = chain(&[hang(0.05), hang(0.04)], &[[0.0, friction]; 2]);
-        study(&format!("pendulum {friction}"), &pendulum.into(), true, &[1.0, -0.5], 0.0, 1.28);
+fn every_half_cycle_loses_its_part_at_any_stiffness_mass_and_friction() {
+    for (k, m) in [(100.0, 1.0), (1000.0, 1.0), (1e4, 1.0), (2.0, 0.02), (50.0, 0.02)] {
+        for part in [0.05, 0.01] {
+            for h in [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3] {
+                let cycle = libm::sqrt(k / m) * h / std::f64::consts::TAU;
+                if cycle > 0.04 {
+                    continue;
+                }
+                let exact = 0.2 - 8.0 * part * 0.2;
+                let error = (amplitude(k, m, part * k * 0.2, h) / exact - 1.0).abs();
+                let most = 0.02 * (50.0 * cycle).powi(2) + 4.0 * 1e-5 / exact;
+                assert!(error <= most, "k {k} m {m} part {part} h {h}: {error:e} > {most:e}");
+            }
+        }
     }
-    let pendulum = chain(&[hang(0.05)], &[[0.0, 1e-8]]);
-    study("one pendulum without friction", &pendulum.into(), true, &[1.0], 0.0, 5.12);
-    let mut smooth = finger.clone();
-    smooth.coordinates.iter_mut().for_each(|c| c.friction = 1e-8);
-    study("finger, hardly any friction", &smooth.into(), true, &[1.0, -0.5, 0.8], 0.0, 1.28);
-    for (stiffness, friction) in [(2000.0, 0.2), (2000.0, 0.02), (2e5, 0.2), (2e5, 0.002)] {
-        let mut cable = chain(&bars, &[[0.3, 0.0], [0.2, 0.0], [0.1, 0.0]]);
-        let stock = Hand::builtin("softhand").expect("built in").tendons[0].clone();
-        cable.tendons.push(Tendon {
-            moment_arms: vec![(0, 0.01), (1, 0.008), (2, 0.006)],
-            guides: [0.5, 1.0, 1.5]
-                .into_iter()
-                .enumerate()
-                .map(|(k, a)| Guide::new(k, friction, a))
-                .collect(),
-            numbers: TendonNumbers { stiffness, force_limit: 500.0, damping: 0.0, ..stock.numbers },
-            ..stock
+}
+
+/// Errors against a step of 1/32 ms at 2 and 1 ms: their ratio is 4 for a method of second order, and 2 for implicit Euler, whose
+/// errors are above 0.03. Below 5e-4 the 10 µrad count by which a joint gives way at each of its turns.
+#[test]
+fn chains_fingers_and_pendulums_are_of_second_order() {
+    let slide = |m: f64| (HingeKind::Prismatic, Vec3::X, m, Vec3::ZERO);
+    let scenes = [
+        (chain(&[slide(0.5), slide(0.3)], &[[100.0, 0.4], [60.0, 0.2]]), vec![0.2, -0.1]),
+        (chain(&[rod(0.05), rod(0.04)], &[[0.0, 5e-4]; 2]), vec![1.0, -0.5]),
+        (
+            chain(&[bar(0.05), bar(0.04), bar(0.03)], &[[0.3, 5e-3], [0.2, 3e-3], [0.1, 1e-3]]),
+            vec![0.3, -0.2, 0.2],
+        ),
+    ];
+    for (hand, q) in scenes {
+        let fine = path(&hand, 1e-3 / 32.0, &q, 0.48, 0.0);
+        let [coarse, half] = [2e-3, 1e-3].map(|h| {
+            let path = path(&hand, h, &q, 0.48, 1e-9);
+            path.iter().zip(&fine).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         });
-        cable.motors.push(MotorSettings::plain(0.02, 0.0, 1e6).motor("motor"));
-        let cable: Arc<Hand> = cable.into();
-        study(&format!("cable {stiffness} {friction}"), &cable, true, &[0.3, -0.2, 0.2], 0.7, 0.64);
-        study("cable slack", &cable, true, &[0.3, -0.2, 0.2], 0.0, 0.64);
+        assert!(coarse / half > 3.0 || half < 5e-4, "{coarse:e} {half:e}");
+    }
+}
+
+/// Fast fingers, pendulums and cables that become slack.
+#[test]
+fn no_step_adds_energy() {
+    let mut cable = chain(&[bar(0.05), bar(0.04), bar(0.03)], &[[0.3, 0.0], [0.2, 0.0], [0.1, 0.0]]);
+    let stock = Hand::builtin("softhand").expect("it is built in").tendons[0].clone();
+    cable.tendons.push(Tendon {
+        moment_arms: vec![(0, 0.01), (1, 0.008), (2, 0.006)],
+        guides: [0.5, 1.0, 1.5].into_iter().enumerate().map(|(k, angle)| Guide::new(k, 0.2, angle)).collect(),
+        numbers: TendonNumbers { stiffness: 2000.0, force_limit: 500.0, damping: 0.0, ..stock.numbers },
+        ..stock
+    });
+    cable.motors.push(MotorSettings::plain(0.02, 0.0, 1e6).motor("motor"));
+    let finger = |friction: f64| {
+        chain(&[bar(0.05), bar(0.04), bar(0.03)], &[[0.05, friction], [0.03, friction], [0.01, friction]])
+    };
+    let pendulum = |friction: f64| chain(&[rod(0.05), rod(0.04)], &[[0.0, friction]; 2]);
+    for h in [0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3] {
+        for friction in [5e-4, 1e-6] {
+            path(&finger(friction), h, &[1.0, -0.5, 0.8], 0.64, 1e-9);
+            path(&pendulum(friction), h, &[1.0, -0.5], 1.28, 1e-9);
+        }
+        path(&cable, h, &[0.3, -0.2, 0.2], 0.64, 1e-9);
     }
 }

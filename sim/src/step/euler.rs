@@ -8,7 +8,7 @@
 //! 5. [`friction_passes::settle`]: cables that rub on their guides.
 //! 6. [`blow_energy::limit`]: blows add no energy.
 //! 7. [`contact_memory::remember`]: anchors for the next step.
-//! 8. [`move_hand`], [`integrate::move_objects`]: positions.
+//! 8. [`move_hand`], [`integrate::move_objects`]: positions; those of a hand alone in second order ([`second_order`]).
 
 use super::assemble::assemble;
 use super::impacts::{Bodies, Rebounds};

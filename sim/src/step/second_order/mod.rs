@@ -9,9 +9,9 @@
 //! `1/(1 − z) − z²/2 (1 + c z)/(1 − z)⁴`, which goes to 0 for stiff modes, and is at most 1 for every damped or undamped one if
 //! c ≥ −23/12. Z has the matrix of the step. At rest δ is 0.
 //!
-//! The base is held by its servo or mount, and moves as implicit Euler moves it. Friction that slides is a constant force over the step. What sticks, turns round, bears or begins to bear within the step is held:
-//! there the motion of implicit Euler stays. Bias forces and inertia at the end of the step are those of the corrected positions, as
-//! in the method of velocity Verlet, so that gravity neither gains nor loses.
+//! The base moves as implicit Euler moves it. Friction that slides is a constant force over the step; where it turns round, the impulse of
+//! the part before is added ([`laws`]). What sticks or bears is held: there the motion of implicit Euler stays. Bias forces and inertia
+//! follow the corrected positions, as in the method of velocity Verlet ([`inertia`]).
 
 mod inertia;
 mod laws;
