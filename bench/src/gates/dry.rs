@@ -8,7 +8,6 @@ fn bounds() -> [(f64, f64); 5] {
 }
 
 #[test]
-#[ignore = "a known error of docs/physics.md: a hand that rubs is stepped in first order"]
 fn dry_friction_of_a_joint_takes_its_part_of_every_half_cycle() {
     at_most("dry_joint", &bounds());
 }
@@ -19,7 +18,6 @@ fn dry_friction_of_a_contact_takes_its_part_of_every_half_cycle() {
 }
 
 #[test]
-#[ignore = "a known error of docs/physics.md: a hand that rubs is stepped in first order"]
 fn dry_friction_of_a_link_takes_its_part_of_every_half_cycle() {
     at_most("dry_contact_joint", &bounds());
 }

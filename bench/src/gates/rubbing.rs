@@ -16,7 +16,7 @@ fn a_cycle_loses_the_area_of_its_loop() {
 
 #[test]
 fn a_dry_joint_stops_where_coulomb_says_and_stays() {
-    // The way is 125 mm; beside v h/2 the last step counts, v h^2/t = 0.26 mm at 8 ms.
+    // The way is 125 mm. The last step counts with v h^2/t = 0.26 mm at 8 ms.
     for report in at_most("dry_slide", &STEPS.map(|dt| (dt, 1e-5 + 4.0 * dt * dt))) {
         gains(&report, 2e-5);
     }

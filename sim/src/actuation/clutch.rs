@@ -33,6 +33,21 @@ pub(crate) fn wound(hand: &Hand, tendon: usize, motors: &[MotorState], locked: &
     slot.and_then(|slot| locked[slot]).map_or(wound, |at| at.min(wound))
 }
 
+/// Change of s_ref of a tendon in a step whose motors have moved already.
+pub(crate) fn winding(
+    hand: &Hand,
+    tendon: usize,
+    motors: &[MotorState],
+    locked: &[Option<f64>],
+    step_s: f64,
+) -> f64 {
+    let before = hand.tendons[tendon]
+        .wound(&hand.motors, |motor| motors[motor].position - motors[motor].velocity * step_s);
+    let wound = hand.tendons[tendon].wound(&hand.motors, |motor| motors[motor].position);
+    // A clutch that has let go moves nothing.
+    if self::wound(hand, tendon, motors, locked) < wound { 0.0 } else { wound - before }
+}
+
 /// The part of a motor's `change` of σ that its drives allow: one that no load turns back pulls with its largest force at most. The
 /// tensions are those of the last step.
 pub(crate) fn allowed(hand: &Hand, motor: usize, change: f64, state: &State) -> f64 {

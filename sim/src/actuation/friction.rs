@@ -80,6 +80,23 @@ pub fn along(hand: &Hand, tendon: usize, tension: &[f64], friction: &[f64]) -> V
     std::iter::once(tension[tendon]).chain(beyond).collect()
 }
 
+/// Replaces the `forces` of the rows, whose laws are `terms`, by those at other tensions: a guide that slides goes on to slide.
+pub(crate) fn at_tensions(
+    hand: &Hand,
+    tension: impl Fn(usize) -> f64,
+    terms: &[RowTerm],
+    forces: &mut [f64],
+) {
+    let mut rows = terms.iter().zip(forces);
+    for (k, tendon) in hand.tendons.iter().enumerate() {
+        let mut t = tension(k);
+        for ((guide, _), (term, force)) in tendon.rubbing().zip(&mut rows) {
+            *force = loss(*force, &term.law, bounds(guide, t));
+            t -= *force;
+        }
+    }
+}
+
 /// Torques of dry friction at coordinates q: calls `add` with pairs of coordinate and torque; several of one coordinate add up.
 pub fn torques(hand: &Hand, q: &[f64], friction: &[f64], mut add: impl FnMut(usize, f64)) {
     let mut losses = friction.iter();

@@ -12,6 +12,7 @@ pub mod driven;
 pub mod friction_cone;
 mod hand;
 pub mod island;
+pub(crate) mod linear;
 pub mod newton;
 mod ordering;
 pub mod problem;

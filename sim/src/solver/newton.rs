@@ -187,7 +187,7 @@ impl Newton {
 
     /// Velocities of bodies at `x`, then velocities of pairs, points and rows; on request, of the search
     /// direction.
-    fn project(
+    pub(super) fn project(
         &mut self,
         model: &Model,
         kin: &Kinematics,

@@ -42,6 +42,11 @@ impl Point {
         [t1.dot(across), t2.dot(across), n.dot(v), self.law.arm * n.dot(relative.angular)]
     }
 
+    /// Change of its velocity along the last direction, such as that of [`super::newton::Newton::change_along`].
+    pub(crate) fn change(&self) -> [f64; 4] {
+        self.direction
+    }
+
     /// Force, N, or impulse on body B in contact axes, as normal part and friction.
     pub(crate) fn parts(&self, [t1, t2, n, _]: [f64; 4]) -> [Vec3; 2] {
         [self.axes[2] * n, self.axes[0] * t1 + self.axes[1] * t2]

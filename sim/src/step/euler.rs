@@ -9,7 +9,7 @@
 //! 6. [`joining::reached`]: contacts that the search has left out and the solution reaches join, and all is solved again.
 //! 7. [`blow_energy::limit`]: blows add no energy.
 //! 8. [`contact_memory::remember`]: anchors for the next step.
-//! 9. [`move_hand`], [`integrate::move_objects`]: positions.
+//! 9. [`move_hand`], [`integrate::move_objects`]: positions; those of a hand alone in second order ([`second_order`]).
 
 use super::assemble::assemble;
 use super::impacts::{Bodies, Rebounds};
@@ -17,7 +17,7 @@ use super::solve::solve;
 use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
 use super::{blow_energy, contact_memory, friction_passes, impacts};
-use super::{integrate, joining, known_blows, momentum, passing, slip_passes};
+use super::{integrate, joining, known_blows, momentum, passing, second_order, slip_passes};
 use crate::actuation::slowed;
 use crate::bounds::step_work;
 use crate::model::Model;
@@ -62,7 +62,7 @@ pub(super) fn step(
     let impacts = &mut impacts.of_objects;
     contact_memory::remember(model, collision, island, problem, &mut state.pairs, impacts, forces);
     if island.hand {
-        move_hand(model, state, work, (problem, newton), v);
+        move_hand(model, state, work, island, (problem, newton), v);
     }
     integrate::move_objects(
         model,
@@ -97,17 +97,24 @@ fn solve_with_rebounds(
     rebounds
 }
 
-/// Moves the hand with the solution `v`: `q₁ = q₀ + h v₁`. A hand that nothing holds keeps its momentum ([`momentum`]).
+/// Moves the hand with the solution `v`: `q₁ = q₀ + h v₁`, or in second order ([`second_order`]). A hand that nothing holds keeps its
+/// momentum ([`momentum`]).
 fn move_hand(
     model: &Model,
     state: &mut State,
     work: &mut Work,
-    (problem, newton): (&Problem, &Newton),
+    island: &Island,
+    (problem, newton): (&mut Problem, &mut Newton),
     v: &[f64],
 ) {
     let h = model.config().step_s;
-    let Work { forces, dynamics, drive, .. } = work;
-    forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
+    work.forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
+    if second_order::applies(model, state, work, island, problem, v) {
+        second_order::move_hand(model, state, work, (problem, newton), v);
+        slowed::follow(model, problem, newton, state);
+        return;
+    }
+    let Work { dynamics, drive, .. } = work;
     let due = (!drive.servo_on)
         .then(|| (momentum::due_after_step(model, dynamics, &drive.pushes, v), dynamics.kin.origin));
     integrate::move_hand(model, state, drive.bolted, v, h);

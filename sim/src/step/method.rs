@@ -27,7 +27,8 @@ pub(super) enum Attempt {
 
 impl Method {
     /// The integrator of the highest order for an island. A hand alone may move smoothly: without dampers and contact by
-    /// Cash–Karp, with dampers by BDF2. Objects press and hit, and dry friction jumps: implicit Euler.
+    /// Cash–Karp, with dampers by BDF2. Objects press and hit, and dry friction jumps: implicit
+    /// Euler, which corrects a hand alone ([`super::second_order`]).
     pub(super) fn of(model: &Model, island: &Island) -> Self {
         let alone = island.hand && island.objects.is_empty();
         if alone && model.undamped_hand() && island.pairs.is_empty() {

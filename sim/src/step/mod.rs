@@ -32,6 +32,7 @@ mod resolve_scratch;
 mod rim;
 mod rolling;
 mod scratch;
+mod second_order;
 mod sleep;
 mod slip_correction;
 mod slip_passes;

@@ -7,6 +7,7 @@ use super::forces::StepForces;
 use super::impacts::Impacts;
 use super::joining::Joining;
 use super::resolve_scratch::{Blend, Passing};
+use super::second_order::SecondOrder;
 use crate::actuation::friction::Passes;
 use crate::bounds::Fault;
 use crate::contact::collide::Collision;
@@ -29,6 +30,7 @@ pub(crate) struct Work {
     pub joining: Joining,
     /// Repeated solves for the friction of cables.
     pub friction_passes: Passes,
+    pub second_order: SecondOrder,
     pub continuous: Continuous,
     pub passing: Passing,
     pub blend: Blend,
