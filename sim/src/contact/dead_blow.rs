@@ -24,7 +24,7 @@ const DAMPING: f64 = 12.0;
 const RETURNED: f64 = 0.25 / (DAMPING * DAMPING);
 
 /// A blow passes through the contacts that yield with more than this part of its speed.
-const PASSED: f64 = 0.1 * RETURNED;
+const PASSED: f64 = 0.5 * RETURNED;
 
 /// The dissipation time of such a contact is at most so many times that of its mass: harder ones make steps of a heap hard to solve.
 const LONGEST: f64 = 2.0;
