@@ -46,9 +46,6 @@ const PASSES: usize = 3;
 /// A part is solved again where the last guess would leave the surface farther off than this, m.
 const TOLERANCE_M: f64 = 1e-7;
 
-/// A bearing contact gives back up to this part of the kinetic energy at a time.
-const EVEN: f64 = 1e-3;
-
 /// Between the ends of a step, speeds up to this part of those there do not invalidate cached gaps.
 const FASTER: f64 = 1.005;
 
@@ -209,11 +206,9 @@ impl Rolling<'_> {
             let slips = point.law.slip_speed(point.velocity, point.impulse);
             let lift = de_saxce(config, &self.pair, slips) - de_saxce(config, &self.pair, slip);
             if pass == PASSES || ((adds - added).length() + lift.abs()) * h < TOLERANCE_M {
-                // What a bearing contact adds in even motion, it has taken before.
-                let part = if anchor.loaded { EVEN } else { 0.0 };
-                let Some(after) = self.without_gain(&before, &after, problem, part) else {
-                    return Some((end, at_end));
-                };
+                // What a bearing contact adds, it has taken before.
+                let blow = if anchor.loaded { None } else { self.without_gain(&before, &after, problem) };
+                let Some(after) = blow else { return Some((end, at_end)) };
                 let end = self.fly(&after);
                 return Some((end, self.rim.lowest(&end.pose)?));
             }
@@ -222,15 +217,8 @@ impl Rolling<'_> {
         None
     }
 
-    /// The object after the contact with a smaller impulse, if the contact has added more than a part of the kinetic energy: that with
-    /// which it adds none.
-    fn without_gain(
-        &self,
-        before: &Motion,
-        after: &Motion,
-        problem: &mut Problem,
-        part: f64,
-    ) -> Option<Motion> {
+    /// The object after the contact with a smaller impulse, if the contact has added energy: that with which it adds none.
+    fn without_gain(&self, before: &Motion, after: &Motion, problem: &mut Problem) -> Option<Motion> {
         let solved = problem.objects[0];
         let point = &mut problem.points[self.point];
         let [normal, friction] = point.parts(point.impulse).map(|part| part * self.sign);
@@ -238,9 +226,7 @@ impl Rolling<'_> {
         let moment = arm.cross(force) + point.torque(point.impulse) * self.sign;
         let work = |linear: Vec3, angular: Vec3| force.dot(linear) + moment.dot(angular);
         let gain = 0.5 * work(before.linear + after.linear, before.angular + after.angular);
-        let kinetic = solved.mass * before.linear.length_squared()
-            + before.angular.dot(solved.inertia * before.angular);
-        if gain <= 0.5 * part * kinetic {
+        if gain <= 0.0 {
             return None;
         }
         let (linear, angular) = (force / solved.mass, solved.inertia.inverse() * moment);
