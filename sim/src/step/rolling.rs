@@ -12,7 +12,7 @@
 //! `u⁻ − u₀`; the step is solved again with what its solution adds. The gap at the end is, with that in the middle,
 //! `φ₁ = φ½ + (u⁺ + u₁) h/4 = φ½ + u₁ h/2 − s h/4`.
 //!
-//! A step in which the object turns far is taken in parts. Where a contact that begins to bear would add energy, its impulse is smaller.
+//! A step in which the object turns far is taken in parts. `coin_rim` has the error.
 
 use super::assemble::assemble;
 use super::contact_memory::{bearing, contact_force};
@@ -206,35 +206,11 @@ impl Rolling<'_> {
             let slips = point.law.slip_speed(point.velocity, point.impulse);
             let lift = de_saxce(config, &self.pair, slips) - de_saxce(config, &self.pair, slip);
             if pass == PASSES || ((adds - added).length() + lift.abs()) * h < TOLERANCE_M {
-                // What a bearing contact adds, it has taken before.
-                let blow = if anchor.loaded { None } else { self.without_gain(&before, &after, problem) };
-                let Some(after) = blow else { return Some((end, at_end)) };
-                let end = self.fly(&after);
-                return Some((end, self.rim.lowest(&end.pose)?));
+                return Some((end, at_end));
             }
             (added, slip) = (adds, slips);
         }
         None
-    }
-
-    /// The object after the contact with a smaller impulse, if the contact has added energy: that with which it adds none.
-    fn without_gain(&self, before: &Motion, after: &Motion, problem: &mut Problem) -> Option<Motion> {
-        let solved = problem.objects[0];
-        let point = &mut problem.points[self.point];
-        let [normal, friction] = point.parts(point.impulse).map(|part| part * self.sign);
-        let (force, arm) = (normal + friction, point.r);
-        let moment = arm.cross(force) + point.torque(point.impulse) * self.sign;
-        let work = |linear: Vec3, angular: Vec3| force.dot(linear) + moment.dot(angular);
-        let gain = 0.5 * work(before.linear + after.linear, before.angular + after.angular);
-        if gain <= 0.0 {
-            return None;
-        }
-        let (linear, angular) = (force / solved.mass, solved.inertia.inverse() * moment);
-        // The work of the part σ of the impulse is `σ (gain − (1 − σ) q/2)`, with its own work q.
-        let less = 2.0 * gain / work(linear, angular);
-        point.impulse.iter_mut().for_each(|impulse| *impulse *= 1.0 - less);
-        let (linear, angular) = (after.linear - linear * less, after.angular - angular * less);
-        Some(Motion { linear, angular, ..*after })
     }
 
     /// Moves the object of the problem to where its contact acts.
