@@ -151,20 +151,22 @@ fn others_are_far(
     })
 }
 
-/// The one point of a pair that bears. While none bears, the nearest one, unless its blow rebounds or is rigid ([`super::impacts`]).
+/// The one point of a pair that bears. While none bears, the nearest one, unless its blow is rigid ([`super::impacts`]). A rim that
+/// may rebound is left to the law of blows.
 fn bearing<'a>(
     pair: &ContactPair,
     points: &'a [ContactPoint],
     turn: f64,
     config: &Config,
 ) -> Option<(usize, &'a ContactPoint)> {
+    if pair.restitution > 0.0 {
+        return None;
+    }
     let mut bearing = points.iter().enumerate().filter(|(_, point)| point.anchor.loaded);
     if let Some(found) = bearing.next() {
         return bearing.next().is_none().then_some(found);
     }
     let nearest = points.iter().enumerate().min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))?;
-    let (_, point) = nearest;
-    let rebounds = pair.restitution > 0.0 && point.distance + pair.initial_overlap > config.contact_onset_m;
-    let strikes = point.approach < -config.rebound_speed && (pair.restitution > 0.0 || turn <= MAX_TURN);
-    (!rebounds && !strikes).then_some(nearest)
+    let strikes = nearest.1.approach < -config.rebound_speed && turn <= MAX_TURN;
+    (!strikes).then_some(nearest)
 }
