@@ -128,19 +128,19 @@ fn steps((mut world, command): (World, Command)) -> World {
     world
 }
 
-#[library_benchmark(config = limit(4_540_000))]
+#[library_benchmark(config = limit(4_870_000))]
 #[bench::run(free())]
 fn free_closing(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(5_650_000))]
+#[library_benchmark(config = limit(6_500_000))]
 #[bench::run(cylinder())]
 fn cylinder_held(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(28_900_000))]
+#[library_benchmark(config = limit(44_500_000))]
 #[bench::run(balls())]
 fn heap_of_balls(scene: (World, Command)) -> World {
     steps(scene)

@@ -88,6 +88,7 @@ pub(super) fn remember(
 
 /// Memory of a bearing point after a time h with the impulse of its solution, s, from its memory before; stretches are in world
 /// axes.
+#[inline]
 pub(super) fn bearing(config: &Config, point: &Point, before: &Anchor, h: f64) -> Anchor {
     let tau = config.contact_dissipation_s.max(before.struck_s);
     let [t1, t2, normal] = point.axes;

@@ -10,8 +10,17 @@ use crate::solver::island::Island;
 use crate::solver::problem::Problem;
 use palmares_models::Vec3;
 
+/// Whether an island has surfaces whose blows are known.
+fn any_known(contacts: &Contacts, island: &Island) -> bool {
+    let pairs = island.pairs.iter().map(|&index| &contacts.pairs[index]);
+    pairs.into_iter().any(|pair| pair.restitution > 0.0 && pair.friction == 0.0)
+}
+
 /// Notes the impulse of an island's only rebound.
 pub(super) fn note_single(bodies: Bodies<'_>, contacts: &mut Contacts, island: &Island) {
+    if !any_known(contacts, island) {
+        return;
+    }
     let Contacts { pairs, points, .. } = contacts;
     let mut single = None;
     for &index in &island.pairs {
@@ -53,6 +62,9 @@ fn impulse(bodies: Bodies<'_>, pair: &ContactPair, point: &ContactPoint) -> f64 
 
 /// Changes the start `v` of the solve: bodies that known blows strike have the velocities after them.
 pub(super) fn start(contacts: &Contacts, island: &Island, problem: &Problem, v: &mut [f64]) {
+    if !any_known(contacts, island) {
+        return;
+    }
     for (slot, object) in problem.objects.iter().enumerate() {
         let mut blow: Option<[Vec3; 2]> = None;
         for &index in &island.pairs {

@@ -21,7 +21,7 @@ use super::work::Work;
 use crate::actuation::{clutch, friction};
 use crate::dynamics::hand::HandDynamics;
 use crate::dynamics::pattern::{columns, row_sum};
-use crate::model::Model;
+use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::linear::Linear;
 use crate::solver::newton::Newton;
@@ -55,7 +55,7 @@ pub(crate) struct SecondOrder {
     inertia: Inertia,
 }
 
-/// Whether the hand's step of implicit Euler with the solution `v` is corrected: it is alone, moves, and rubs or touches.
+/// Whether the hand's step of implicit Euler with the solution `v` is corrected: it is alone, moves, and rubs or touches furniture.
 pub(super) fn applies(
     model: &Model,
     state: &State,
@@ -65,7 +65,14 @@ pub(super) fn applies(
     v: &[f64],
 ) -> bool {
     let moves = |v: &[f64]| v[..model.hand_dofs()].iter().any(|v| v.abs() >= AT_REST);
-    let touches = || problem.points.iter().any(|point| point.impulse[2] > 0.0);
+    // Links that only bear on each other, as in every fist, do not pay for it.
+    let touches = || {
+        island.pairs.iter().zip(&problem.pairs).any(|(&index, solved)| {
+            let pair = &work.collision.contacts.pairs[index];
+            [pair.a, pair.b].contains(&Owner::Static)
+                && problem.points[solved.first..solved.end].iter().any(|point| point.impulse[2] > 0.0)
+        })
+    };
     island.objects.is_empty()
         && work.drive.servo_on
         && (model.friction_rows() > 0 || touches())
