@@ -1,9 +1,10 @@
 //! Collision detection of one step: bounds, near pairs, contact points. Touched bodies wake.
 
+use super::bodies::Bodies;
 use super::broad_phase::{BroadPhase, tight_bounds};
 use super::distance_cache::DistanceCache;
 use super::motion::Motion;
-use super::narrow_phase::{Bodies, Contacts, Shapes};
+use super::narrow_phase::{Contacts, Shapes};
 use crate::bounds::step_work;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::{Model, Owner};

@@ -13,16 +13,16 @@
 //! What is hit joins with the full reach, and the island is solved again. Left out is only what presses softly on bodies that are
 //! awake: rebounds are found before a step is solved, and a body wakes before it.
 
-use super::gap::{distance, still_separated};
+use super::bodies::bounded;
+use super::gap::distance;
 use super::motion::speed;
-use super::narrow_phase::{Bodies, Contacts, Shapes};
 use super::reach::SHORT_M;
-use crate::anchor::{Anchor, Pair};
+use crate::anchor::Anchor;
 use crate::bounds::DISTANCE_WORK;
 use crate::config::Config;
 use crate::contact::distance_cache::DistanceCache;
 use crate::dynamics::spatial::SpatialVelocity;
-use crate::model::{Collider, Model, Owner};
+use crate::model::{Model, Owner};
 use palmares_models::{Pose, Rotation, Vec3};
 
 /// Something that a step reaches only with more than its short reach.
@@ -64,7 +64,7 @@ pub(super) struct LeftPoint {
 pub struct LeftOuts {
     /// In the order of the near pairs.
     pub list: Vec<LeftOut>,
-    points: Vec<LeftPoint>,
+    pub(super) points: Vec<LeftPoint>,
 }
 
 impl LeftOuts {
@@ -182,81 +182,8 @@ impl Ends<'_> {
     }
 }
 
-/// The shape of two that has bounds, and its radius, m.
-#[inline]
-pub(super) fn bounded((i, a): (usize, &Collider), (j, b): (usize, &Collider)) -> (usize, f64) {
-    if b.bounding_radius.is_finite() { (j, b.bounding_radius) } else { (i, a.bounding_radius) }
-}
-
 /// Whether a step may leave out what is beyond its short reach. The step of an undamped hand has stages, each with its own search
 /// for contacts.
 pub(super) fn leaves_out(model: &Model, config: &Config) -> bool {
     config.from_rest(false) > SHORT_M && !model.undamped_hand()
-}
-
-impl Contacts {
-    /// Lets two shapes join with the full reach of the step: something of near pair `index` is left
-    /// out. The index of their contact, if they have one.
-    #[cold]
-    pub(crate) fn join(
-        &mut self,
-        bodies: &Bodies<'_>,
-        shapes: &Shapes<'_>,
-        distances: &mut DistanceCache,
-        pairs: &mut Vec<Pair>,
-        index: usize,
-    ) -> Option<usize> {
-        let config = bodies.model.config();
-        let (i, j) = distances.key(index);
-        let key = (i as u32, j as u32);
-        let (a, b) = (&bodies.model.colliders()[i], &bodies.model.colliders()[j]);
-        let (p, q) = distances.slots(index);
-        let reach = bodies.reach((i, a), (j, b), shapes.poses, shapes.speeds[p] + shapes.speeds[q]);
-        let place = match pairs.binary_search_by_key(&key, |pair| pair.key) {
-            Ok(place) => {
-                let points = &mut pairs[place].manifold.points;
-                for left in self.left_out.list.iter().filter(|left| left.index == index) {
-                    if let What::Point(k) = left.what {
-                        let LeftPoint { point, memory, .. } = self.left_out.points[k];
-                        points[point].data = memory;
-                    }
-                }
-                place
-            }
-            Err(place) => {
-                let a_from_b = shapes.poses[i].inv_mul(&shapes.poses[j]);
-                // The known gap is a lower bound, and no result depends on what is known.
-                if let Some(gap) =
-                    still_separated(None, (&mut *distances, index), (a, b), &a_from_b, reach.reachable)
-                {
-                    distances.set_bound(index, gap);
-                    return None;
-                }
-                let mut pair = Pair::new(key);
-                self.update(config, &mut pair, (a, b), a_from_b, &reach);
-                if pair.manifold.points.is_empty() {
-                    return None;
-                }
-                distances.set_bound(index, 0.0);
-                pairs.insert(place, pair);
-                for contact in self.pairs.iter_mut().filter(|contact| contact.pair >= place) {
-                    contact.pair += 1;
-                }
-                place
-            }
-        };
-        if pairs[place].covered {
-            return None;
-        }
-        let before = self.pairs.iter().position(|contact| contact.pair == place);
-        let count = self.pairs.len();
-        self.add(bodies, shapes.poses, (a, b), (&mut pairs[place], place), &reach, None);
-        if self.pairs.len() == count {
-            return None;
-        }
-        let Some(index) = before else { return Some(count) };
-        // Its points are replaced by more of them.
-        self.pairs.swap_remove(index);
-        Some(index)
-    }
 }

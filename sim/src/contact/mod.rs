@@ -1,13 +1,14 @@
 //! Contact detection: broad phase, narrow phase by parry, and impacts.
 
 pub mod advancement;
+pub mod bodies;
 pub mod broad_phase;
 pub(crate) mod collide;
-pub(crate) mod dead_blow;
 pub mod distance_cache;
 pub(crate) mod gap;
 pub mod impact_candidate;
 pub mod impact_sequence;
+pub(crate) mod join;
 mod joint_impact;
 pub mod left_out;
 pub mod manifold;

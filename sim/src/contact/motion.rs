@@ -12,7 +12,7 @@
 //! to its new one. The bound holds whatever lies between the two poses: it is no estimate from velocities, so that a base that turns
 //! needs no term of second order.
 
-use super::narrow_phase::Bodies;
+use super::bodies::Bodies;
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Collider, Owner};
 use palmares_models::Pose;

@@ -9,10 +9,11 @@
 //! 5. an overlap from the beginning counts as touching (`overlap_left`);
 //! 6. the points that can touch become a contact (`collect`).
 
+use super::bodies::{Bodies, bounded, within_hand};
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
 use super::gap::still_separated;
-use super::left_out::{LeftOuts, LeftPoint, bounded, leaves_out};
+use super::left_out::{LeftOuts, LeftPoint, leaves_out};
 use super::manifold::Finder;
 use super::pair_points::refresh;
 use super::reach::Reach;
@@ -20,10 +21,8 @@ use super::restitution::Rebound;
 use crate::anchor::{Anchor, Pair};
 use crate::bounds::{DISTANCE_WORK, POINT_WORK};
 use crate::config::Config;
-use crate::dynamics::hand::HandDynamics;
 use crate::dynamics::spatial::SpatialVelocity;
-use crate::model::{Collider, Model, Owner, pair_friction};
-use crate::state::Sleep;
+use crate::model::{Collider, Owner, pair_friction};
 use crate::surface::spin::SpinLaw;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
@@ -93,91 +92,12 @@ pub struct Contacts {
     pub points: Vec<ContactPoint>,
     /// What the step may reach all the same.
     pub left_out: LeftOuts,
-    /// Whether a dead blow is due; found before the islands are solved ([`dead_blow`](super::dead_blow)).
+    /// Whether a dead blow is due; found before the islands are solved by the step.
     pub struck: bool,
     /// Limits for the reuse of a cached manifold of flat and of round shapes: cosine of the turn and square
     /// of the distance.
     reuse: Option<[(f64, f64); 2]>,
     finder: Finder,
-}
-
-/// Whether two shapes belong to links.
-#[inline]
-fn within_hand(a: &Collider, b: &Collider) -> bool {
-    matches!((a.owner, b.owner), (Owner::Link(_), Owner::Link(_)))
-}
-
-/// Part of the way from rest below which the way of the present speeds hardly matters.
-const SLOW: f64 = 0.1;
-
-/// The bodies of a world and how they move.
-pub struct Bodies<'a> {
-    /// Model of the world.
-    pub(crate) model: &'a Model,
-    /// Dynamics of the hand.
-    pub(crate) dynamics: &'a HandDynamics,
-    /// Generalized velocity.
-    pub(crate) v: &'a [f64],
-    /// Central poses of the objects.
-    pub(crate) objects: &'a [Pose],
-    /// Sleep state of the objects.
-    pub(crate) sleep: &'a [Sleep],
-}
-
-impl Bodies<'_> {
-    /// Spatial velocity of a body about a point of the world.
-    #[inline(always)]
-    pub fn velocity(&self, owner: Owner, at: Vec3) -> SpatialVelocity {
-        match owner {
-            Owner::Static => SpatialVelocity::ZERO,
-            Owner::Link(i) => self.dynamics.recursion.velocity[i].moved(at - self.dynamics.kin.origin),
-            Owner::Object(k) => {
-                let v = &self.v[self.model.object_dofs(k)..];
-                let motion = SpatialVelocity {
-                    linear: Vec3::new(v[0], v[1], v[2]),
-                    angular: Vec3::new(v[3], v[4], v[5]),
-                };
-                motion.moved(at - self.objects[k].translation)
-            }
-        }
-    }
-
-    /// The reach of two shapes by their relative speed, if it is less than their `speeds` together, m/s, and these matter.
-    #[inline(always)]
-    pub(super) fn reach(
-        &self,
-        (i, a): (usize, &Collider),
-        (j, b): (usize, &Collider),
-        poses: &[Pose],
-        speeds: f64,
-    ) -> Reach {
-        let config = self.model.config();
-        let widest = Reach::new(config, within_hand(a, b), speeds);
-        if widest.approach < SLOW * widest.from_rest {
-            return widest;
-        }
-        let (bounded, radius) = bounded((i, a), (j, b));
-        let at = poses[bounded].translation;
-        let relative = self.velocity(b.owner, at) - self.velocity(a.owner, at);
-        let fastest = relative.linear.length() + relative.angular.length() * radius;
-        Reach::new(config, within_hand(a, b), fastest.min(speeds))
-    }
-
-    /// Whether a body may move in this step.
-    #[inline]
-    pub fn is_awake(&self, owner: Owner) -> bool {
-        match owner {
-            Owner::Static => false,
-            Owner::Link(_) => true,
-            Owner::Object(k) => !self.sleep[k].asleep,
-        }
-    }
-
-    /// Whether a body takes part in a step without being woken.
-    #[inline]
-    fn takes_part(&self, owner: Owner) -> bool {
-        owner == Owner::Static || self.is_awake(owner)
-    }
 }
 
 /// All shapes in the world, in the order of the model's colliders.
@@ -395,7 +315,7 @@ impl Contacts {
         let (bounded, radius) = bounded((j, b), (i, a));
         let way = (poses[bounded].translation - origin).length() + radius + reach.margin;
         let fastest = relative.linear.length() + relative.angular.length() * way;
-        self.collect(pair, &poses[i], &poses[j], origin, relative, (reach, fastest, config), near);
+        self.collect(pair, [&poses[i], &poses[j]], origin, relative, (reach, fastest, config), near);
         if self.points.len() > first {
             let friction = pair_friction(a, b);
             self.pairs.push(ContactPair {
@@ -420,8 +340,7 @@ impl Contacts {
     fn collect(
         &mut self,
         pair: &mut Pair,
-        pose_a: &Pose,
-        pose_b: &Pose,
+        [pose_a, pose_b]: [&Pose; 2],
         origin: Vec3,
         relative: SpatialVelocity,
         (reach, fastest, config): (&Reach, f64, &Config),

@@ -1,11 +1,11 @@
 //! Writes a step's solution back to its contact points: anchors for the next step, and forces for observers.
 
+use super::dead_blow::{after_step, fastest, hold};
 use super::forces::StepForces;
 use super::impacts::{ObjectImpact, on_object};
 use crate::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
 use crate::config::Config;
 use crate::contact::collide::Collision;
-use crate::contact::dead_blow::{after_step, fastest, hold};
 use crate::contact::narrow_phase::{ContactPair, ContactPoint};
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::Model;

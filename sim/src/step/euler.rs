@@ -109,12 +109,13 @@ fn move_hand(
 ) {
     let h = model.config().step_s;
     work.forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
-    if second_order::applies(model, state, work, island, problem, v) {
-        second_order::move_hand(model, state, work, (problem, newton), v);
+    let Work { dynamics, drive, collision, outcome, second_order: correction, .. } = work;
+    if second_order::applies(model, state, (drive.servo_on, &collision.contacts), island, problem, v) {
+        let start = (&*dynamics, drive.pushes.as_slice(), &mut outcome.work);
+        second_order::move_hand(model, state, correction, start, (problem, newton), v);
         slowed::follow(model, problem, newton, state);
         return;
     }
-    let Work { dynamics, drive, .. } = work;
     let due = (!drive.servo_on)
         .then(|| (momentum::due_after_step(model, dynamics, &drive.pushes, v), dynamics.kin.origin));
     integrate::move_hand(model, state, drive.bolted, v, h);

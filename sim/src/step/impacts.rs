@@ -1,10 +1,10 @@
 //! The contact points that rebound in a step, and their speeds: alone by Newton's law of impact, `v_n⁺ = −e
 //! v_n⁻`; if several bodies meet, by the sequence of their impacts ([`crate::contact::impact_sequence`]).
 
+use super::dead_blow;
 use super::slip_correction::rest_target;
 use super::torque_free::free_turn;
 use crate::contact::collide::Collision;
-use crate::contact::dead_blow;
 use crate::contact::impact_candidate::{FIXED, ImpactBody, ImpactCandidate};
 use crate::contact::impact_sequence::ImpactSequence;
 use crate::contact::narrow_phase::{ContactPair, ContactPoint, Contacts};

@@ -5,31 +5,17 @@
 //! supports are found before it is solved. Within other islands the solution decides, before anything moves: what it hits joins
 //! ([`reached`]), and the island is solved again.
 
+use super::resolve_scratch::Joining;
 use super::work::Work;
+use crate::contact::bodies::Bodies;
 use crate::contact::collide::Collision;
 use crate::contact::left_out::{Ends, LeftOut};
-use crate::contact::narrow_phase::{Bodies, Shapes};
+use crate::contact::narrow_phase::Shapes;
 use crate::contact::reach::SHORT_M;
-use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Model, Owner};
 use crate::solver::island::{Island, Islands};
 use crate::state::State;
 use palmares_models::Vec3;
-
-/// Scratch memory of the comparison.
-#[derive(Default)]
-pub(crate) struct Joining {
-    /// Generalized velocity at the end of the step.
-    v: Vec<f64>,
-    /// Velocities of the links with it.
-    links: Vec<SpatialVelocity>,
-    /// Per link: bound of the change of its speed.
-    changes: Vec<f64>,
-    /// Bounds of the speeds of the shapes with it.
-    speeds: Vec<f64>,
-    /// Entries of the list that are hit.
-    hit: Vec<usize>,
-}
 
 /// Lets join what cannot wait for a solution, which may unite islands, and gives each island the rest.
 pub(super) fn at_once(model: &Model, state: &mut State, work: &mut Work, islands: &mut Islands) {

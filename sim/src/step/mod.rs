@@ -15,6 +15,7 @@ mod blow_energy;
 mod cash_karp;
 mod contact_memory;
 mod continuous;
+mod dead_blow;
 mod drive;
 mod euler;
 mod forces;

@@ -22,3 +22,18 @@ pub(crate) struct Passing {
     /// Velocities of the links in the solution, at the base's origin.
     pub(super) links: Vec<SpatialVelocity>,
 }
+
+/// Of [`super::joining`].
+#[derive(Default)]
+pub(crate) struct Joining {
+    /// Generalized velocity at the end of the step.
+    pub(super) v: Vec<f64>,
+    /// Velocities of the links with it.
+    pub(super) links: Vec<SpatialVelocity>,
+    /// Per link: bound of the change of its speed.
+    pub(super) changes: Vec<f64>,
+    /// Bounds of the speeds of the shapes with it.
+    pub(super) speeds: Vec<f64>,
+    /// Entries of the list that are hit.
+    pub(super) hit: Vec<usize>,
+}

@@ -16,6 +16,7 @@
 
 use super::assemble::assemble;
 use super::contact_memory::{bearing, contact_force};
+use super::dead_blow::after_step;
 use super::impacts::pull;
 use super::method::Attempt;
 use super::rim::{Lowest, Rim};
@@ -24,7 +25,6 @@ use super::solve::solve;
 use super::torque_free::torque_free;
 use super::work::Work;
 use crate::anchor::Anchor;
-use crate::contact::dead_blow::after_step;
 use crate::contact::narrow_phase::ContactPair;
 use crate::model::{Model, Owner};
 use crate::solver::friction_cone::ConeLaw;

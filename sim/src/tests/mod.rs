@@ -4,5 +4,6 @@ mod bolted;
 mod digest;
 mod energy;
 mod friction;
+mod joining;
 mod overlap;
 mod rebound;

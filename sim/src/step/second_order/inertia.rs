@@ -12,9 +12,9 @@
 //! with the impulse p that holds the base against the change. ε is of third order in h. If it is positive, the joints' velocities are
 //! reduced until it is 0: fast fingers gain nothing.
 
-use super::times;
 use crate::command::Push;
 use crate::dynamics::hand::HandDynamics;
+use crate::dynamics::pattern::{columns, row_sum};
 use crate::dynamics::tree::Kinematics;
 use crate::model::Model;
 use crate::solver::newton::Newton;
@@ -98,4 +98,16 @@ fn potential(model: &Model, hand: &Hand, kin: &Kinematics, pushes: &[Push]) -> f
     };
     let pushed = |push: &Push| push.force.dot(at(push.link, push.point));
     -hand.links.iter().enumerate().map(weight).sum::<f64>() - pushes.iter().map(pushed).sum::<f64>()
+}
+
+/// `out = M x` with a matrix of the hand's pattern.
+pub(super) fn times(model: &Model, matrix: &[f64], x: &[f64], out: &mut [f64]) {
+    let n = model.hand_dofs();
+    let clusters = &model.clusters()[..model.hand_clusters()];
+    for (block, cluster) in clusters.iter().enumerate() {
+        let columns = columns(clusters, block, n);
+        for i in cluster.dofs.clone() {
+            out[i] = row_sum(&matrix[i * n..][..n], x, &columns);
+        }
+    }
 }

@@ -17,17 +17,17 @@ mod inertia;
 mod laws;
 
 use super::integrate;
-use super::work::Work;
 use crate::actuation::{clutch, friction};
+use crate::command::Push;
+use crate::contact::narrow_phase::Contacts;
 use crate::dynamics::hand::HandDynamics;
-use crate::dynamics::pattern::{columns, row_sum};
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::linear::Linear;
 use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::state::State;
-use inertia::Inertia;
+use inertia::{Inertia, times};
 use laws::{holds, linear, passes};
 use palmares_models::hand::Hand;
 
@@ -59,7 +59,7 @@ pub(crate) struct SecondOrder {
 pub(super) fn applies(
     model: &Model,
     state: &State,
-    work: &Work,
+    (servo_on, contacts): (bool, &Contacts),
     island: &Island,
     problem: &Problem,
     v: &[f64],
@@ -68,13 +68,13 @@ pub(super) fn applies(
     // Links that only bear on each other, as in every fist, do not pay for it.
     let touches = || {
         island.pairs.iter().zip(&problem.pairs).any(|(&index, solved)| {
-            let pair = &work.collision.contacts.pairs[index];
+            let pair = &contacts.pairs[index];
             [pair.a, pair.b].contains(&Owner::Static)
                 && problem.points[solved.first..solved.end].iter().any(|point| point.impulse[2] > 0.0)
         })
     };
     island.objects.is_empty()
-        && work.drive.servo_on
+        && servo_on
         && (model.friction_rows() > 0 || touches())
         && (moves(&state.v) || moves(v))
 }
@@ -83,26 +83,24 @@ pub(super) fn applies(
 pub(super) fn move_hand(
     model: &Model,
     state: &mut State,
-    work: &mut Work,
+    own: &mut SecondOrder,
+    (dynamics, pushes, spent): (&HandDynamics, &[Push], &mut u64),
     (problem, newton): (&mut Problem, &mut Newton),
     v: &[f64],
 ) {
     let (h, n) = (model.config().step_s, model.hand_dofs());
     let Some(hand) = model.hand() else { return };
-    let mut own = std::mem::take(&mut work.second_order);
     own.change.clear();
     own.change.extend(v[..n].iter().zip(&state.v).map(|(after, before)| after - before));
     own.inertia.begin(state, &own.change);
-    let smooth = own.find_laws(model, hand, state, &work.dynamics, (problem, newton), v);
+    let smooth = own.find_laws(model, hand, state, dynamics, (problem, newton), v);
     integrate::move_hand(model, state, problem.bolted, v, h);
-    work.outcome.work += newton.factor_work();
-    if smooth && newton.factor_held(model, &work.dynamics.kin, problem, (&own.rows, &own.axes)) {
-        own.correct(model, hand, &work.dynamics, (problem, newton), v);
+    *spent += newton.factor_work();
+    if smooth && newton.factor_held(model, &dynamics.kin, problem, (&own.rows, &own.axes)) {
+        own.correct(model, hand, dynamics, (problem, newton), v);
         own.apply(state);
-        let Work { dynamics, drive, .. } = work;
-        own.inertia.follow(model, state, (dynamics, &drive.pushes), (problem, newton));
+        own.inertia.follow(model, state, (dynamics, pushes), (problem, newton));
     }
-    work.second_order = own;
 }
 
 impl SecondOrder {
@@ -239,17 +237,5 @@ impl SecondOrder {
         let add = |(to, by): (&mut f64, &f64)| *to += by;
         state.q.iter_mut().zip(&self.position[6..]).for_each(add);
         state.v.iter_mut().zip(&self.velocity).for_each(add);
-    }
-}
-
-/// `out = M x` with a matrix of the hand's pattern.
-pub(super) fn times(model: &Model, matrix: &[f64], x: &[f64], out: &mut [f64]) {
-    let n = model.hand_dofs();
-    let clusters = &model.clusters()[..model.hand_clusters()];
-    for (block, cluster) in clusters.iter().enumerate() {
-        let columns = columns(clusters, block, n);
-        for i in cluster.dofs.clone() {
-            out[i] = row_sum(&matrix[i * n..][..n], x, &columns);
-        }
     }
 }

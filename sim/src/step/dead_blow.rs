@@ -11,8 +11,8 @@
 //!
 //! A blow passes through other contacts of its island, which yield before they approach. They take such a time, too.
 
-use super::narrow_phase::{ContactPoint, Contacts};
 use crate::config::Config;
+use crate::contact::narrow_phase::{ContactPoint, Contacts};
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
@@ -48,7 +48,7 @@ fn lighter(model: &Model, bodies: [Owner; 2]) -> f64 {
 }
 
 /// Starts the blow of two bodies' point, if they approach it fast; true if they do.
-pub(crate) fn strike(model: &Model, bodies: [Owner; 2], point: &mut ContactPoint) -> bool {
+pub(super) fn strike(model: &Model, bodies: [Owner; 2], point: &mut ContactPoint) -> bool {
     let config = model.config();
     let due = point.approach < -config.rebound_speed;
     if due {
@@ -59,7 +59,7 @@ pub(crate) fn strike(model: &Model, bodies: [Owner; 2], point: &mut ContactPoint
 }
 
 /// Speed of the fastest blow that acts in the solution of an island's step, m/s; 0 without one.
-pub(crate) fn fastest(config: &Config, contacts: &Contacts, island: &Island, problem: &Problem) -> f64 {
+pub(super) fn fastest(config: &Config, contacts: &Contacts, island: &Island, problem: &Problem) -> f64 {
     let mut fastest: f64 = 0.0;
     if !contacts.struck || island.hand {
         return fastest;
@@ -78,7 +78,7 @@ pub(crate) fn fastest(config: &Config, contacts: &Contacts, island: &Island, pro
 
 /// Dissipation time of a point that bears after a step, s. `blow` is the speed of the fastest blow of the step, m/s; the point
 /// has this normal `impulse`, N s, and ends at the normal velocity `after`, m/s.
-pub(crate) fn hold(
+pub(super) fn hold(
     model: &Model,
     bodies: [Owner; 2],
     point: &ContactPoint,
@@ -104,7 +104,7 @@ pub(crate) fn hold(
 }
 
 /// What is left of a blow's dissipation time after a step, s.
-pub(crate) fn after_step(config: &Config, struck_s: f64) -> f64 {
+pub(super) fn after_step(config: &Config, struck_s: f64) -> f64 {
     let left = struck_s - config.step_s;
     if left > config.contact_dissipation_s { left } else { 0.0 }
 }
@@ -139,6 +139,6 @@ mod tests {
         let config = Config::default();
         let [light, heavy] = [0.05, 0.2].map(|mass| dissipation_s(&config, mass));
         assert!((heavy / light - 2.0).abs() < 1e-12);
-        assert!(RETURNED < 5e-3);
+        const { assert!(RETURNED < 5e-3) };
     }
 }
