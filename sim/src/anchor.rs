@@ -65,7 +65,7 @@ pub struct Anchor {
     /// Normal force averaged over the last [`BEARING_S`], N: the mean share of a point in a patch that
     /// chatters.
     pub bearing: f64,
-    /// Dissipation time that a dead blow has left, s; 0 without one ([`dead_blow`](crate::contact::dead_blow)).
+    /// Dissipation time that a dead blow has left, s; 0 without one (`step/dead_blow.rs`).
     pub struck_s: f64,
 }
 

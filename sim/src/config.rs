@@ -92,7 +92,7 @@ pub struct Config {
     /// Angular acceleration below which it may sleep, rad/s²: a cube of 10 cm that is 0.01° off its edge
     /// starts with 2e-2.
     pub sleep_angular_acceleration: f64,
-    /// Time for which all this must hold, s: longer than a swinging body needs at its turning point.
+    /// Time for which all this must hold, s.
     pub sleep_after_s: f64,
     /// Servo of the hand's base.
     pub base: BaseConfig,

@@ -111,7 +111,7 @@ pub struct MotorState {
 pub struct Sleep {
     /// Steps for which the object has been slow enough.
     pub still_steps: u32,
-    /// Its displacements, linear in m and angular in rad, in the last three halves of the time of stillness.
+    /// Its displacements, linear in m and angular in rad, in the last three thirds of the time of stillness.
     pub moved: [[f64; 6]; 3],
     /// Whether it neither accelerated nor crept in the last of them that has ended.
     pub rests: bool,

@@ -401,13 +401,14 @@ fn a_hand_of_a_billion_does_not_stop_the_clock() {
     hand.coordinates.iter_mut().for_each(|c| c.rest = 0.0);
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
     let mut run = Run::new(task, Arc::new(hand), Seed::from_u64(1)).expect("at rest it is sound");
+    let mut told = false;
     for k in 0..60 {
         let sigma = f64::from(k % 2);
         let base = BaseTarget::Pose { position: [0.0, 0.0, 0.1], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
         run.step(&Action { base: Some(base), hand: Some(vec![sigma; 2]), effort: None }).expect("valid");
-        // It flings the object away at 2,000 rad/s. Whether that ends as a fault or in friction: no step is without end.
-        let world = run.world();
-        assert!(world.outcome().work < STEP_WORK, "{}", world.outcome().work);
-        assert!(run.fault().is_some() || world.state().v.iter().all(|v| v.is_finite()));
+        let outcome = run.world().outcome();
+        assert!(outcome.work < STEP_WORK, "{}", outcome.work);
+        told |= run.fault().is_some() || !outcome.converged;
     }
+    assert!(told, "no such hand can be computed soundly");
 }

@@ -161,8 +161,8 @@ pub fn capstan_loop(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 /// Mass, kg, dry friction, N, and speed, m/s, of the part that slides.
 const SLIDER: (f64, f64, f64) = (0.5, 2.0, 1.0);
 
-/// A part slides to a stop. The exact way is `m v²/(2 F)`. Then a load of 0.9 F acts for a minute. The figure is the larger length, m: the error of the way, or the creep under the load. Energy that the
-/// part gains goes to `energy_gain_j`.
+/// A part slides to a stop. The exact way is `m v²/(2 F)`. Then a load of 0.9 F acts for a minute. The figure is the larger length,
+/// m: the error of the way, or the creep under the load. Energy that the part gains goes to `energy_gain_j`.
 pub fn dry_slide(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (mass, friction, speed) = SLIDER;
     let inertia = Inertia { mass, com: Vec3::ZERO, about_com: Mat3::from_diagonal(Vec3::splat(1e-3)) };

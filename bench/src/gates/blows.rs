@@ -1,11 +1,9 @@
 //! No blow adds energy, and none forgets its rebound.
 
-use super::at_most;
+use super::{STEPS, at_most};
 use crate::cases::Setup;
 use crate::cases::blows::{any_body, throws};
 use crate::recorder::Recorder;
-
-const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
 
 #[test]
 fn no_throw_of_a_box_gains_energy() {

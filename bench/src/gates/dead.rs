@@ -1,8 +1,6 @@
 //! Dead blows return nothing, wherever they meet: half a percent of the speed, as for a lone object on the floor.
 
-use super::at_most;
-
-const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
+use super::{STEPS, at_most};
 
 #[test]
 fn nothing_returns_from_free_bodies() {

@@ -41,6 +41,9 @@ use crate::case_report::CaseReport;
 use crate::cases::{Setup, run};
 use crate::sweep;
 
+/// Steps, s, over which a law has to hold.
+const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
+
 /// Runs a case of ours without a reference run.
 pub(crate) fn report(case: &str, dt_s: f64) -> CaseReport {
     let setup = Setup::own(dt_s);

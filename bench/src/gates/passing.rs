@@ -1,8 +1,6 @@
 //! What does not meet does not act.
 
-use super::at_most;
-
-const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
+use super::{STEPS, at_most};
 
 #[test]
 fn a_sleeve_falls_freely_round_a_column_that_it_does_not_touch() {

@@ -1,8 +1,6 @@
 //! Rims.
 
-use super::at_most;
-
-const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
+use super::{STEPS, at_most};
 
 #[test]
 fn discs_on_their_rims_keep_their_energy() {

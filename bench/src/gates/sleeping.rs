@@ -1,8 +1,6 @@
 //! Only what rests sleeps.
 
-use super::at_most;
-
-const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
+use super::{STEPS, at_most};
 
 #[test]
 fn a_ball_on_a_gentle_slope_returns() {

@@ -1,8 +1,6 @@
 //! Spin.
 
-use super::at_most;
-
-const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
+use super::{STEPS, at_most};
 
 #[test]
 fn a_ball_that_slides_keeps_its_spin_about_the_vertical() {

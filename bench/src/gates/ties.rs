@@ -1,8 +1,6 @@
 //! Impacts at one time.
 
-use super::at_most;
-
-const STEPS: [f64; 5] = [0.25e-3, 1e-3, 4e-3, 8e-3, 16e-3];
+use super::{STEPS, at_most};
 
 #[test]
 fn a_symmetric_break_is_symmetric() {

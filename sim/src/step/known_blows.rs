@@ -12,8 +12,8 @@ use palmares_models::Vec3;
 
 /// Whether an island has surfaces whose blows are known.
 fn any_known(contacts: &Contacts, island: &Island) -> bool {
-    let pairs = island.pairs.iter().map(|&index| &contacts.pairs[index]);
-    pairs.into_iter().any(|pair| pair.restitution > 0.0 && pair.friction == 0.0)
+    let mut pairs = island.pairs.iter().map(|&index| &contacts.pairs[index]);
+    pairs.any(|pair| pair.restitution > 0.0 && pair.friction == 0.0)
 }
 
 /// Notes the impulse of an island's only rebound.
