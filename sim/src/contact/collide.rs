@@ -112,14 +112,15 @@ fn update_shapes(
         bounds.resize(model.colliders().len(), Aabb::new_invalid());
     }
     let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
-    motion.begin(model.colliders().len(), &bodies);
-    for (i, collider) in model.colliders().iter().enumerate() {
+    motion.begin(&bodies, fresh);
+    let of_shapes = poses.iter_mut().zip(bounds).zip(&mut motion.now);
+    for (collider, ((at, bounds), now)) in model.colliders().iter().zip(of_shapes) {
         let pose = match collider.owner {
             // Furniture has not moved.
             Owner::Static if !fresh => continue,
             // Neither has an object that slept through the last step.
             Owner::Object(k) if !fresh && state.sleep[k].asleep && asleep.get(k) == Some(&true) => {
-                motion.rests((i, collider), &poses[i]);
+                *now = motion.frame.rests(collider, at);
                 continue;
             }
             Owner::Static => collider.body_from_shape,
@@ -127,9 +128,10 @@ fn update_shapes(
             Owner::Object(k) => state.objects[k] * collider.body_from_shape,
         };
         if collider.owner != Owner::Static {
-            motion.moves(&bodies, (i, collider), &poses[i], &pose);
+            *now = motion.frame.moves(&bodies, collider, at, &pose);
         }
-        bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * motion.speeds[i]);
-        poses[i] = pose;
+        *bounds = tight_bounds(&collider.local_bounds, &pose, margin + h * now.speed);
+        *at = pose;
     }
+    motion.end(&bodies);
 }

@@ -1,74 +1,113 @@
 //! Distances of near pairs: selects the pairs that a step has to check.
 //!
 //! Every shape has an odometer: an upper bound of the distance that any of its points has travelled; another one counts in the
-//! frame of the hand's base ([`super::motion`]). A pair with a known gap is not checked before the odometers could have used up that gap, so that most pairs cost
-//! one comparison. This is a cache: no result depends on it.
+//! frame of the hand's base ([`super::motion`]). A pair with a known gap is not checked before the odometers could have used up that
+//! gap. Most pairs are far from that: all are compared only now and then, and between these times the few that may be due before.
+//! This is a cache: no result depends on it.
 
 use palmares_models::Pose;
 
-/// A pair and the odometer value at which it is due.
+/// The odometer value at which a pair is due.
 #[derive(Clone, Copy, Debug)]
 struct PairBound {
-    key: (u32, u32),
-    /// Their odometers.
+    /// Its odometers.
     slots: (u32, u32),
     /// Sum of both odometers that uses up the known gap of the pair.
     until: f64,
 }
+
+/// The gap of a pair that was found.
+#[derive(Clone, Copy, Debug)]
+struct KnownGap {
+    key: (u32, u32),
+    /// m
+    gap: f64,
+    /// Pose of B in A's frame then.
+    a_from_b: Pose,
+}
+
+/// The watched pairs are those that would be due after so many more steps like the last.
+const WATCHED_STEPS: f64 = 8.0;
+
+/// Steps after which all pairs are compared at the latest, so that a fast step does not leave many watched for long.
+const WATCHED_FOR: u32 = 32;
 
 /// Odometers, and the known gaps of the near pairs.
 #[derive(Clone, Debug, Default)]
 pub struct DistanceCache {
     /// In the order of the near pairs.
     bounds: Vec<PairBound>,
+    gaps: Vec<KnownGap>,
     /// The same before the list of pairs changed.
-    old: Vec<PairBound>,
-    /// Per pair: the gap that was found, m, and the pose of B in A's frame then.
-    gaps: Vec<(f64, Pose)>,
-    /// The same before the list of pairs changed.
-    old_gaps: Vec<(f64, Pose)>,
+    old: (Vec<PairBound>, Vec<KnownGap>),
     /// Per shape and frame: distance travelled since the cache began, m.
     odometer: Vec<f64>,
     /// The same plus the distance that may count against a gap in this step.
     ahead: Vec<f64>,
+    /// Largest growth of `ahead` in the last step, m.
+    farthest: f64,
+    /// Indices of the pairs that may be due in this step, ascending.
+    watched: Vec<u32>,
+    /// The others are not due before `ahead` of two shapes grows by this in all, m.
+    quiet: f64,
+    /// Steps since all pairs were compared.
+    age: u32,
 }
 
 impl DistanceCache {
-    /// Discards all gaps: the state has been changed from outside.
+    /// Begins with this number of odometers: the state has been changed from outside.
     pub fn clear(&mut self, odometers: usize) {
         self.odometer.clear();
         self.odometer.resize(odometers, 0.0);
+        self.ahead.clear();
+        self.ahead.resize(odometers, 0.0);
+        self.forget();
+    }
+
+    /// Discards all gaps.
+    pub fn forget(&mut self) {
         for bound in &mut self.bounds {
             bound.until = f64::NEG_INFINITY;
         }
+        self.quiet = 0.0;
     }
 
     /// Adds the last step's `paths`; `reach` of a shape is the part of a gap that it can use up in this step.
     pub fn travel(&mut self, paths: &[f64], reach: impl Iterator<Item = f64>) {
-        for (odometer, path) in self.odometer.iter_mut().zip(paths) {
+        let mut farthest = 0.0;
+        for (((odometer, ahead), path), reach) in
+            self.odometer.iter_mut().zip(&mut self.ahead).zip(paths).zip(reach)
+        {
             *odometer += path;
+            let now = *odometer + reach;
+            let grown = now - *ahead;
+            farthest = if grown > farthest { grown } else { farthest };
+            *ahead = now;
         }
-        self.ahead.clear();
-        self.ahead.extend(self.odometer.iter().zip(reach).map(|(odometer, reach)| odometer + reach));
+        self.farthest = farthest;
+        self.quiet -= 2.0 * farthest;
+        self.age += 1;
     }
 
     /// Follows a new list of near pairs; `shift` is the distance of a pair's odometers from its shapes.
     pub fn follow(&mut self, keys: &[(u32, u32)], shift: impl Fn((u32, u32)) -> u32) {
-        std::mem::swap(&mut self.bounds, &mut self.old);
-        std::mem::swap(&mut self.gaps, &mut self.old_gaps);
-        let mut old = self.old.drain(..).zip(self.old_gaps.drain(..)).peekable();
+        std::mem::swap(&mut self.bounds, &mut self.old.0);
+        std::mem::swap(&mut self.gaps, &mut self.old.1);
+        let mut old = self.old.0.drain(..).zip(self.old.1.drain(..)).peekable();
         self.bounds.clear();
         self.gaps.clear();
         for &key in keys {
-            while old.next_if(|(bound, _)| bound.key < key).is_some() {}
-            let (bound, gap) = old.next_if(|(bound, _)| bound.key == key).unwrap_or_else(|| {
+            while old.next_if(|(_, known)| known.key < key).is_some() {}
+            let (bound, known) = old.next_if(|(_, known)| known.key == key).unwrap_or_else(|| {
                 let by = shift(key);
                 let slots = (key.0 + by, key.1 + by);
-                (PairBound { key, slots, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY))
+                let bound = PairBound { slots, until: f64::NEG_INFINITY };
+                (bound, KnownGap { key, gap: 0.0, a_from_b: Pose::IDENTITY })
             });
             self.bounds.push(bound);
-            self.gaps.push(gap);
+            self.gaps.push(known);
         }
+        self.quiet = 0.0;
     }
 
     /// Number of near pairs.
@@ -76,26 +115,58 @@ impl DistanceCache {
         self.bounds.len()
     }
 
-    /// The next pair from `from` on that may have come near.
+    /// Begins to look for due pairs: compares all, if one that is not watched may be due.
     #[inline]
-    pub fn next(&self, from: usize) -> Option<usize> {
-        let due = |bound: &PairBound| {
-            let (a, b) = bound.slots;
-            bound.until <= self.ahead[a as usize] + self.ahead[b as usize]
-        };
-        self.bounds.get(from..)?.iter().position(due).map(|k| from + k)
+    pub fn watch(&mut self) {
+        if self.quiet <= 0.0 || self.age >= WATCHED_FOR {
+            self.compare_all();
+        }
+    }
+
+    fn compare_all(&mut self) {
+        let soon = 2.0 * WATCHED_STEPS * self.farthest;
+        let mut quiet = f64::INFINITY;
+        self.watched.clear();
+        for (k, bound) in self.bounds.iter().enumerate() {
+            let rest = bound.until - self.sum_ahead(bound);
+            if rest <= soon {
+                self.watched.push(k as u32);
+            } else if rest < quiet {
+                quiet = rest;
+            }
+        }
+        (self.quiet, self.age) = (quiet, 0);
+    }
+
+    #[inline]
+    fn sum_ahead(&self, bound: &PairBound) -> f64 {
+        let (a, b) = bound.slots;
+        self.ahead[a as usize] + self.ahead[b as usize]
+    }
+
+    /// The next pair that may have come near; `from` is a place among the watched pairs, at first 0.
+    #[inline]
+    pub fn next(&self, from: &mut usize) -> Option<usize> {
+        while let Some(&index) = self.watched.get(*from) {
+            *from += 1;
+            let bound = &self.bounds[index as usize];
+            if bound.until <= self.sum_ahead(bound) {
+                return Some(index as usize);
+            }
+        }
+        None
     }
 
     /// The shapes of pair `index`.
     #[inline]
     pub fn key(&self, index: usize) -> (usize, usize) {
-        let (a, b) = self.bounds[index].key;
+        let (a, b) = self.gaps[index].key;
         (a as usize, b as usize)
     }
 
     /// Whether two shapes, lower index first, are a near pair.
     pub fn has(&self, key: (u32, u32)) -> bool {
-        self.bounds.binary_search_by_key(&key, |bound| bound.key).is_ok()
+        self.gaps.binary_search_by_key(&key, |known| known.key).is_ok()
     }
 
     /// Neither shape of pair `index` moves: the pair is not checked until one of them is reactivated.
@@ -105,11 +176,13 @@ impl DistanceCache {
 
     /// Makes the pairs at rest due again in which a shape `is_awake`.
     pub fn reactivate(&mut self, is_awake: impl Fn(usize) -> bool) {
-        for PairBound { key: (a, b), until, .. } in &mut self.bounds {
-            if *until == f64::INFINITY && (is_awake(*a as usize) || is_awake(*b as usize)) {
-                *until = f64::NEG_INFINITY;
+        for (bound, known) in self.bounds.iter_mut().zip(&self.gaps) {
+            let (a, b) = known.key;
+            if bound.until == f64::INFINITY && (is_awake(a as usize) || is_awake(b as usize)) {
+                bound.until = f64::NEG_INFINITY;
             }
         }
+        self.quiet = 0.0;
     }
 
     /// Remaining gap of pair `index`, m.
@@ -117,19 +190,21 @@ impl DistanceCache {
         self.bounds[index].until - self.ways(index)
     }
 
-    /// Stores a lower bound of the gap of pair `index`, m.
+    /// Stores a lower bound of the gap of pair `index`, m, which has been due in this step.
     pub fn set_bound(&mut self, index: usize, distance: f64) {
         self.bounds[index].until = distance + self.ways(index);
     }
 
     /// Known gap of pair `index`, m, and the pose of B in A's frame when it was found; 0 if unknown.
     pub fn gap(&self, index: usize) -> (f64, Pose) {
-        self.gaps[index]
+        let KnownGap { gap, a_from_b, .. } = self.gaps[index];
+        (gap, a_from_b)
     }
 
     /// Stores the gap of pair `index`, m, at this pose of B in A's frame.
     pub fn set_gap(&mut self, index: usize, gap: f64, a_from_b: Pose) {
-        self.gaps[index] = (gap, a_from_b);
+        let known = &mut self.gaps[index];
+        (known.gap, known.a_from_b) = (gap, a_from_b);
     }
 
     /// The odometers of pair `index`.
@@ -149,6 +224,13 @@ impl DistanceCache {
 mod tests {
     use super::*;
 
+    /// Indices of the due pairs.
+    fn due(cache: &mut DistanceCache) -> Vec<usize> {
+        cache.watch();
+        let mut from = 0;
+        std::iter::from_fn(|| cache.next(&mut from)).collect()
+    }
+
     #[test]
     fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
         let mut cache = DistanceCache::default();
@@ -156,18 +238,18 @@ mod tests {
         cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
         let reach = [0.5, 0.0, 1.0];
         cache.travel(&[0.0; 3], reach.into_iter());
-        assert_eq!((cache.next(0), cache.next(1), cache.next(3)), (Some(0), Some(1), None));
+        assert_eq!(due(&mut cache), [0, 1, 2]);
         cache.set_bound(0, 2.0);
         cache.set_bound(1, 2.0);
-        assert_eq!((cache.next(0), cache.next(3)), (Some(2), None));
+        assert_eq!(due(&mut cache), [2]);
         cache.travel(&[0.25, 0.5, 0.5], reach.into_iter());
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
-        assert_eq!((cache.next(0), cache.slack(0)), (Some(1), 1.25));
+        assert_eq!((due(&mut cache), cache.slack(0)), (vec![1, 2], 1.25));
         // Known gaps survive a new list; new pairs are checked.
-        cache.follow(&[(0, 1), (0, 3)], |_| 0);
-        assert_eq!(cache.slack(0), 1.25);
-        cache.clear(3);
-        assert_eq!(cache.slack(0), f64::NEG_INFINITY);
+        cache.follow(&[(0, 1), (1, 1)], |_| 0);
+        assert_eq!((due(&mut cache), cache.slack(0)), (vec![1], 1.25));
+        cache.forget();
+        assert_eq!(due(&mut cache), [0, 1]);
     }
 
     #[test]
@@ -175,14 +257,42 @@ mod tests {
         let mut cache = DistanceCache::default();
         cache.clear(3);
         cache.follow(&[(0, 1), (1, 2)], |_| 0);
-        cache.travel(&[], [1.0; 3].into_iter());
+        cache.travel(&[0.0; 3], [1.0; 3].into_iter());
+        assert_eq!(due(&mut cache), [0, 1]);
         cache.deactivate(0);
         cache.deactivate(1);
-        assert_eq!(cache.next(0), None);
+        assert!(due(&mut cache).is_empty());
         cache.reactivate(|shape| shape == 2);
-        assert_eq!((cache.next(0), cache.key(1)), (Some(1), (1, 2)));
+        assert_eq!((due(&mut cache), cache.key(1)), (vec![1], (1, 2)));
         // A new list does not wake pairs at rest.
         cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
-        assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
+        assert_eq!(due(&mut cache), [1, 2]);
+    }
+
+    /// Few pairs are watched, and yet each is found in the step in which it is due.
+    #[test]
+    fn no_due_pair_is_missed() {
+        let shapes = 12;
+        let keys: Vec<_> = (0..shapes).flat_map(|a| (a + 1..shapes).map(move |b| (a, b))).collect();
+        let mut cache = DistanceCache::default();
+        cache.clear(shapes as usize);
+        cache.follow(&keys, |_| 0);
+        // Speeds that change, with some bursts.
+        let speed = |shape: u32, step: u32| {
+            let phase = f64::from(shape * 7 + step) * 0.37;
+            (phase - phase.floor()) * if step % 97 < 3 { 0.2 } else { 0.01 }
+        };
+        let (mut watched, mut found) = (0, 0);
+        for step in 0..1000 {
+            let ways: Vec<f64> = (0..shapes).map(|shape| speed(shape, step)).collect();
+            cache.travel(&ways, (0..shapes).map(|shape| 2.0 * speed(shape, step + 1)));
+            let all: Vec<_> = (0..keys.len())
+                .filter(|&k| cache.bounds[k].until <= cache.sum_ahead(&cache.bounds[k]))
+                .collect();
+            assert_eq!(due(&mut cache), all, "step {step}");
+            (watched, found) = (watched + cache.watched.len(), found + all.len());
+            all.iter().for_each(|&k| cache.set_bound(k, 0.1 + 0.05 * k as f64));
+        }
+        assert!(found > 1000 && watched < 1000 * keys.len() / 3, "{found} found, {watched} watched");
     }
 }

@@ -14,8 +14,8 @@
 
 use super::bodies::Bodies;
 use crate::dynamics::spatial::SpatialVelocity;
-use crate::model::{Collider, Owner};
-use palmares_models::Pose;
+use crate::model::Collider;
+use palmares_models::{Pose, Vec3};
 
 /// Ways and speeds of all shapes; first in the world and then, if there is a hand, in the frame of its base.
 #[derive(Clone, Debug, Default)]
@@ -24,28 +24,51 @@ pub(crate) struct Motion {
     pub speeds: Vec<f64>,
     /// Largest distance that any point of each shape has moved in the last step, m.
     pub ways: Vec<f64>,
-    step_s: f64,
-    /// Twice the way of a fall from rest in a step, m.
-    fall: f64,
-    /// Whether there is a base.
-    by_base: bool,
-    /// Pose of the base at the start of the step.
-    base: Pose,
-    frame: Frame,
+    /// Present motion of every shape.
+    pub(super) now: Vec<Now>,
+    /// Number of shapes of the hand, which come first.
+    linked: usize,
+    pub(super) frame: Frame,
+}
+
+/// Present motion of a shape, from which [`Motion::end`] finds its ways and speeds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Now {
+    /// Upper bound of the speed of any point in the world, m/s.
+    pub speed: f64,
+    /// Upper bound of the distance of any point from the base, m.
+    far: f64,
+    /// Way and speed as seen from the base, m and m/s; of use if the base moves fast.
+    way_by_base: f64,
+    speed_by_base: f64,
 }
 
 /// Speed of a base, m/s and rad/s, below which bounds in the world's frame, with its motion added, are good enough in its own.
 const SLOW: [f64; 2] = [0.01, 0.05];
 
+/// What carries a shape along with the base, from the last pose to the present one.
+#[derive(Clone, Copy, Debug, Default)]
+enum Carry {
+    /// The base hardly moved.
+    #[default]
+    Nothing,
+    /// It hardly turned.
+    Along(Vec3),
+    With(Pose),
+}
+
 /// The frame of the base. Speeds follow from the state alone, since the reach of a step does; ways do not.
 #[derive(Clone, Copy, Debug, Default)]
-struct Frame {
+pub(super) struct Frame {
+    /// Whether there is a base.
+    by_base: bool,
+    /// Pose of the base at the start of the step.
+    base: Pose,
     /// Way and turn of the base in the last step, m and rad.
     ways: [f64; 2],
     /// Its speeds, m/s and rad/s.
     speeds: [f64; 2],
-    /// What carries a shape along with it, from the last pose to the present one, unless it hardly moved.
-    carry: Option<Pose>,
+    carry: Carry,
     /// Its velocity, unless it hardly moves.
     velocity: Option<SpatialVelocity>,
 }
@@ -54,7 +77,9 @@ struct Frame {
 #[inline]
 pub(super) fn way(from: &Pose, to: &Pose, radius: f64) -> f64 {
     let (p, q) = (from.rotation, to.rotation);
-    let turn = (q - p).length_squared().min((q + p).length_squared());
+    let turn = (q - p).length_squared();
+    // The other quaternion of the same rotation is nearer: the sum of both squares is 4.
+    let turn = if turn > 2.0 { (q + p).length_squared() } else { turn };
     let squared = from.translation.distance_squared(to.translation) + 4.0 * turn * radius * radius;
     // The factor covers rounding.
     1.000_001 * (2.0 * squared).sqrt()
@@ -67,104 +92,116 @@ pub(super) fn speed(motion: SpatialVelocity, shape: &Collider) -> f64 {
 }
 
 impl Motion {
-    /// Prepares for `shapes` and the base of a hand, if there is one.
-    pub(super) fn begin(&mut self, shapes: usize, bodies: &Bodies<'_>) {
+    /// Prepares for the shapes of a model and the base of its hand, if it has one; `fresh` if nothing is known of them.
+    pub(super) fn begin(&mut self, bodies: &Bodies<'_>, fresh: bool) {
         let hand = bodies.model.hand().is_some();
-        let count = if hand { 2 * shapes } else { shapes };
-        self.by_base = hand;
-        let config = bodies.model.config();
-        self.step_s = config.step_s;
-        self.fall = config.gravity.length() * config.step_s * config.step_s;
-        self.speeds.resize(count, 0.0);
-        self.ways.resize(count, 0.0);
-        if hand {
-            let dynamics = bodies.dynamics;
-            let (before, now) = (self.base, dynamics.kin.pose[0]);
-            self.base = now;
-            let velocity = dynamics.recursion.velocity[0];
-            let speeds = [velocity.linear.length(), velocity.angular.length()];
-            let h = self.step_s;
-            let ways = [
-                way(&before, &Pose { rotation: before.rotation, ..now }, 0.0),
-                way(&Pose::from_parts(now.translation, before.rotation), &now, 1.0),
-            ];
-            let slow_way = (0..2).all(|k| ways[k] <= h * SLOW[k]);
-            let slow = (0..2).all(|k| speeds[k] <= SLOW[k]);
-            self.frame = Frame {
-                ways,
-                speeds,
-                carry: (!slow_way).then(|| now * before.inverse()),
-                velocity: (!slow).then_some(velocity),
-            };
+        if fresh {
+            let shapes = bodies.model.colliders().len();
+            let count = if hand { 2 * shapes } else { shapes };
+            self.speeds.resize(count, 0.0);
+            self.ways.resize(count, 0.0);
+            self.now.resize(shapes, Now::default());
+            self.linked = bodies.model.hand_colliders();
         }
+        if hand {
+            self.frame.move_on(bodies);
+        }
+    }
+
+    /// Finds the ways and speeds. No point of a shape moved faster than the faster of its two speeds, apart from gravity on a
+    /// ballistic path and rounding.
+    pub(super) fn end(&mut self, bodies: &Bodies<'_>) {
+        let config = bodies.model.config();
+        let h = config.step_s;
+        // Twice the way of a fall from rest in a step.
+        let fall = config.gravity.length() * h * h;
+        let (ways, ways_by_base) = self.ways.split_at_mut(self.now.len());
+        let (speeds, speeds_by_base) = self.speeds.split_at_mut(self.now.len());
+        for (i, ((way, speed), now)) in ways.iter_mut().zip(&mut *speeds).zip(&self.now).enumerate() {
+            let faster = if now.speed > *speed { now.speed } else { *speed };
+            let own = if faster > 0.0 { 1.01 * h * faster + fall } else { 0.0 };
+            // The step of a hand starts with a third of its last displacement (BDF2).
+            let linked = (*way + 2.0 * own) / 3.0;
+            *way = if i < self.linked && linked > own { linked } else { own };
+            *speed = now.speed;
+        }
+        let [linear, turn] = self.frame.ways;
+        let nothing = matches!(self.frame.carry, Carry::Nothing);
+        for ((by_base, way), now) in ways_by_base.iter_mut().zip(&*ways).zip(&self.now) {
+            let own = if nothing { way + linear } else { now.way_by_base };
+            // The turn carries a point from where it was: farther off by no more than what both have moved.
+            *by_base = own + turn * (now.far + own);
+        }
+        let [linear, angular] = self.frame.speeds;
+        let slow = self.frame.velocity.is_none();
+        for ((by_base, speed), now) in speeds_by_base.iter_mut().zip(&*speeds).zip(&self.now) {
+            *by_base = if slow { speed + linear + angular * now.far } else { now.speed_by_base };
+        }
+    }
+}
+
+impl Frame {
+    /// Moves on to the present pose of the base.
+    fn move_on(&mut self, bodies: &Bodies<'_>) {
+        let (before, now) = (self.base, bodies.dynamics.kin.pose[0]);
+        let velocity = bodies.dynamics.recursion.velocity[0];
+        let speeds = [velocity.linear.length(), velocity.angular.length()];
+        let h = bodies.model.config().step_s;
+        let along = now.translation - before.translation;
+        let turned = Pose { translation: now.translation, ..before };
+        let mut ways = [1.000_001 * along.length(), way(&turned, &now, 1.0)];
+        let slow = (0..2).all(|k| speeds[k] <= SLOW[k]);
+        let carry = match [0, 1].map(|k| ways[k] <= h * SLOW[k]) {
+            [true, true] => Carry::Nothing,
+            [false, true] => Carry::Along(along),
+            // What it carries along needs no turn added.
+            [_, false] => {
+                ways = [0.0; 2];
+                Carry::With(now * before.inverse())
+            }
+        };
+        *self =
+            Frame { by_base: true, base: now, ways, speeds, carry, velocity: (!slow).then_some(velocity) };
     }
 
     /// A body's shape rests in the world.
-    #[inline(always)]
-    pub(super) fn rests(&mut self, (i, shape): (usize, &Collider), at: &Pose) {
-        (self.ways[i], self.speeds[i]) = (0.0, 0.0);
-        if let Some(slot) = self.slot_by_base(i) {
-            let far = self.far(shape, at);
-            (self.ways[slot], self.speeds[slot]) = (self.way_added(0.0, far), self.speed_added(0.0, far));
-        }
+    pub(super) fn rests(&self, shape: &Collider, at: &Pose) -> Now {
+        let far = self.far(shape, at);
+        let [linear, angular] = self.speeds;
+        let way_by_base = match &self.carry {
+            Carry::Nothing => 0.0,
+            Carry::Along(by) => by.length(),
+            Carry::With(by) => way(&(*by * *at), at, shape.bounding_radius),
+        };
+        Now { speed: 0.0, far, way_by_base, speed_by_base: linear + angular * far }
     }
 
-    /// A body's shape moves from one pose in the world to another. No point of it moved faster than the faster of its two speeds,
-    /// apart from gravity on a ballistic path and rounding.
+    /// A body's shape moves from one pose in the world to another.
     #[inline(always)]
-    pub(super) fn moves(
-        &mut self,
-        bodies: &Bodies<'_>,
-        (i, shape): (usize, &Collider),
-        from: &Pose,
-        to: &Pose,
-    ) {
-        let before = self.speeds[i];
+    pub(super) fn moves(&self, bodies: &Bodies<'_>, shape: &Collider, from: &Pose, to: &Pose) -> Now {
         let velocity = bodies.velocity(shape.owner, to.translation);
-        let now = speed(velocity, shape);
-        let faster = now.max(before);
-        let own = if faster > 0.0 { 1.01 * self.step_s * faster + self.fall } else { 0.0 };
-        // The step of a hand starts with a third of its last displacement (BDF2).
-        let linked = matches!(shape.owner, Owner::Link(_));
-        self.ways[i] = if linked { own.max((self.ways[i] + 2.0 * own) / 3.0) } else { own };
-        self.speeds[i] = now;
-        let Some(slot) = self.slot_by_base(i) else { return };
-        let far = self.far(shape, to);
-        self.ways[slot] = match &self.frame.carry {
-            Some(carry) => way(&(*carry * *from), to, shape.bounding_radius),
-            None => self.way_added(self.ways[i], far),
-        };
-        self.speeds[slot] = match &self.frame.velocity {
-            Some(base) => speed(velocity - base.moved(to.translation - bodies.dynamics.kin.origin), shape),
-            None => self.speed_added(now, far),
-        };
-    }
-
-    /// Where a shape counts as seen from the base, if there is one.
-    #[inline(always)]
-    fn slot_by_base(&self, i: usize) -> Option<usize> {
-        self.by_base.then_some(self.speeds.len() / 2 + i)
+        let mut now = Now { speed: speed(velocity, shape), ..Now::default() };
+        if self.by_base {
+            now.far = self.far(shape, to);
+            now.way_by_base = match &self.carry {
+                Carry::Nothing => 0.0,
+                Carry::Along(by) => {
+                    way(&Pose { translation: from.translation + *by, ..*from }, to, shape.bounding_radius)
+                }
+                Carry::With(by) => way(&(*by * *from), to, shape.bounding_radius),
+            };
+            if let Some(base) = &self.velocity {
+                let carried = base.moved(to.translation - bodies.dynamics.kin.origin);
+                now.speed_by_base = speed(velocity - carried, shape);
+            }
+        }
+        now
     }
 
     /// Bound of the distance of a shape's points from the base, m.
     #[inline(always)]
     fn far(&self, shape: &Collider, at: &Pose) -> f64 {
         (at.translation - self.base.translation).abs().element_sum() + shape.bounding_radius
-    }
-
-    /// Way as seen from the base, m, of a point with this way in the world. The turn carries the point from where it was: farther off
-    /// by no more than what both have moved.
-    #[inline(always)]
-    fn way_added(&self, own: f64, far: f64) -> f64 {
-        let [linear, turn] = self.frame.ways;
-        own + linear + turn * (far + own + linear)
-    }
-
-    /// Speed as seen from the base, m/s, of a point with this speed in the world.
-    #[inline(always)]
-    fn speed_added(&self, own: f64, far: f64) -> f64 {
-        let [linear, angular] = self.frame.speeds;
-        own + linear + angular * far
     }
 }
 

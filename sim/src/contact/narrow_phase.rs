@@ -167,9 +167,9 @@ impl Contacts {
         let mut spent = distances.count() as u64;
         // Near pairs and remembered ones have the same order. So the memory of the present pair is at `place`,
         // or must be inserted there.
-        let (mut next, mut place) = (0, 0);
-        while let Some(index) = distances.next(next) {
-            next = index + 1;
+        let (mut from, mut place) = (0, 0);
+        distances.watch();
+        while let Some(index) = distances.next(&mut from) {
             if spent > allowed {
                 return spent;
             }
@@ -423,6 +423,7 @@ const ASIDE: f64 = 0.8;
 /// Moves the points of friction of a patch towards the recent centre of the load. A patch without a recent load
 /// has the centre of the depths that the step brings. If the depths were always used, a chattering patch would
 /// not come to rest.
+#[inline]
 fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     if points.len() < 2 {
         return;

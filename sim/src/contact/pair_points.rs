@@ -56,7 +56,7 @@ pub(super) fn refresh(
 /// Whether the points of a pair can be reused. parry's own reuse (up to 1 mm and 1°) gives energy to a
 /// rolling cylinder; without any reuse polyhedra flicker. So the decision is made here, with much tighter
 /// limits.
-#[inline]
+#[inline(always)]
 fn still_valid(
     pair: &mut Pair,
     a: &Collider,

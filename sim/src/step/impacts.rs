@@ -230,7 +230,7 @@ pub(super) fn follow_paths(model: &Model, collision: &mut Collision, island: &Is
         }
     }
     if astray {
-        collision.distances.clear(model.colliders().len());
+        collision.distances.forget();
     }
 }
 

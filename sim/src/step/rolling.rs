@@ -152,7 +152,7 @@ pub(super) fn step(
     rolling.remember(state, work, island, &motion, (k, anchor), solved);
     // Cached gaps rely on no object moving farther than the faster of its velocities at the ends of the step allows.
     if fastest > FASTER * at_first.max(speed(&motion)) {
-        work.collision.distances.clear(work.collision.motion.speeds.len());
+        work.collision.distances.forget();
     }
     state.objects[object] = motion.pose;
     let own = &mut state.v[model.object_dofs(object)..][..6];
