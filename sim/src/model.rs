@@ -152,6 +152,8 @@ pub struct Model {
     friction_rows: usize,
     /// Smallest width of the shapes of objects and furniture, m.
     thinnest_m: f64,
+    /// Whether any shape has restitution.
+    rebounds: bool,
     /// Comparisons made for the seams of the colliders so far.
     seam_work: u64,
 }
@@ -173,6 +175,7 @@ impl Model {
             }),
             friction_rows: hand.as_ref().map_or(0, |hand| hand.friction_places()),
             thinnest_m: f64::INFINITY,
+            rebounds: false,
             seam_work: 0,
         };
         if let Some(hand) = &hand {
@@ -213,8 +216,14 @@ impl Model {
         model.object_inertia_inverse.clone_from(&self.object_inertia_inverse);
         model.object_radius.clone_from(&self.object_radius);
         model.thinnest_m = self.thinnest_m;
+        model.rebounds |= self.rebounds;
         model.objects.clone_from(&self.objects);
         Ok(model)
+    }
+
+    /// Whether anything can rebound.
+    pub(crate) fn rebounds(&self) -> bool {
+        self.rebounds
     }
 
     /// Number of collision shapes of the hand; they come first.
@@ -306,6 +315,7 @@ impl Model {
         if !matches!(owner, Owner::Link(_)) {
             self.thinnest_m = self.thinnest_m.min(width);
         }
+        self.rebounds |= restitution > 0.0;
         self.colliders.push(Collider {
             width,
             solid,

@@ -3,7 +3,7 @@
 use super::bodies::Bodies;
 use super::broad_phase::{BroadPhase, tight_bounds};
 use super::distance_cache::DistanceCache;
-use super::motion::Motion;
+use super::motion::{self, Motion};
 use super::narrow_phase::{Contacts, Shapes};
 use crate::bounds::step_work;
 use crate::dynamics::hand::HandDynamics;
@@ -63,7 +63,7 @@ pub(crate) fn collide(
     }
     let h = model.config().step_s;
     let from_rest = model.config().from_rest(false);
-    distances.travel(&motion.ways, motion.speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest));
+    distances.travel(&motion.ways, &motion.speeds, |speed| 2.0 * h * speed + 0.5 * from_rest);
     let allowed = step_work(model.objects().len());
     // Every round but the last wakes at least one object.
     loop {
@@ -113,14 +113,20 @@ fn update_shapes(
     }
     let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
     motion.begin(&bodies, fresh);
-    let of_shapes = poses.iter_mut().zip(bounds).zip(&mut motion.now);
-    for (collider, ((at, bounds), now)) in model.colliders().iter().zip(of_shapes) {
+    let Motion { now, far, seen, frame, .. } = motion;
+    let moved = now.iter_mut().zip(far).zip(seen);
+    let shapes = model.colliders().iter().zip(poses).zip(bounds).zip(moved);
+    for (((collider, at), bounds), ((speed, far), seen)) in shapes {
         let pose = match collider.owner {
             // Furniture has not moved.
             Owner::Static if !fresh => continue,
             // Neither has an object that slept through the last step.
             Owner::Object(k) if !fresh && state.sleep[k].asleep && asleep.get(k) == Some(&true) => {
-                *now = motion.frame.rests(collider, at);
+                *speed = 0.0;
+                if frame.by_base {
+                    *far = frame.far(collider, at);
+                    *seen = frame.rests(collider, at, *far);
+                }
                 continue;
             }
             Owner::Static => collider.body_from_shape,
@@ -128,9 +134,14 @@ fn update_shapes(
             Owner::Object(k) => state.objects[k] * collider.body_from_shape,
         };
         if collider.owner != Owner::Static {
-            *now = motion.frame.moves(&bodies, collider, at, &pose);
+            let velocity = bodies.velocity(collider.owner, pose.translation);
+            *speed = motion::speed(velocity, collider);
+            if frame.by_base {
+                *far = frame.far(collider, &pose);
+                *seen = frame.moves(&bodies, collider, velocity, at, &pose);
+            }
         }
-        *bounds = tight_bounds(&collider.local_bounds, &pose, margin + h * now.speed);
+        *bounds = tight_bounds(&collider.local_bounds, &pose, margin + h * *speed);
         *at = pose;
     }
     motion.end(&bodies);

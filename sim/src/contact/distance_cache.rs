@@ -72,20 +72,31 @@ impl DistanceCache {
         self.quiet = 0.0;
     }
 
-    /// Adds the last step's `paths`; `reach` of a shape is the part of a gap that it can use up in this step.
-    pub fn travel(&mut self, paths: &[f64], reach: impl Iterator<Item = f64>) {
-        let mut farthest = 0.0;
-        for (((odometer, ahead), path), reach) in
-            self.odometer.iter_mut().zip(&mut self.ahead).zip(paths).zip(reach)
-        {
-            *odometer += path;
-            let now = *odometer + reach;
+    /// Adds the last step's `ways`; `reach` is the part of a gap that a shape of some speed can use up in this step.
+    pub fn travel(&mut self, ways: &[f64], speeds: &[f64], reach: impl Fn(f64) -> f64) {
+        let add = |(((odometer, ahead), way), speed): (((&mut f64, &mut f64), &f64), &f64)| {
+            *odometer += way;
+            let now = *odometer + reach(*speed);
             let grown = now - *ahead;
-            farthest = if grown > farthest { grown } else { farthest };
             *ahead = now;
+            grown
+        };
+        let larger = |most: &mut f64, x: f64| *most = if x > *most { x } else { *most };
+        // Four abreast: the order of a maximum does not matter.
+        let mut most = [0.0; 4];
+        let (odometers, last_odometers) = self.odometer.as_chunks_mut::<4>();
+        let (aheads, last_aheads) = self.ahead.as_chunks_mut::<4>();
+        let ((ways, last_ways), (speeds, last_speeds)) = (ways.as_chunks::<4>(), speeds.as_chunks::<4>());
+        for (((odometer, ahead), way), speed) in odometers.iter_mut().zip(aheads).zip(ways).zip(speeds) {
+            for k in 0..4 {
+                larger(&mut most[k], add((((&mut odometer[k], &mut ahead[k]), &way[k]), &speed[k])));
+            }
         }
-        self.farthest = farthest;
-        self.quiet -= 2.0 * farthest;
+        for last in last_odometers.iter_mut().zip(last_aheads).zip(last_ways).zip(last_speeds) {
+            larger(&mut most[0], add(last));
+        }
+        self.farthest = most.into_iter().fold(0.0, f64::max);
+        self.quiet -= 2.0 * self.farthest;
         self.age += 1;
     }
 
@@ -237,12 +248,12 @@ mod tests {
         cache.clear(3);
         cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
         let reach = [0.5, 0.0, 1.0];
-        cache.travel(&[0.0; 3], reach.into_iter());
+        cache.travel(&[0.0; 3], &reach, |speed| speed);
         assert_eq!(due(&mut cache), [0, 1, 2]);
         cache.set_bound(0, 2.0);
         cache.set_bound(1, 2.0);
         assert_eq!(due(&mut cache), [2]);
-        cache.travel(&[0.25, 0.5, 0.5], reach.into_iter());
+        cache.travel(&[0.25, 0.5, 0.5], &reach, |speed| speed);
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
         assert_eq!((due(&mut cache), cache.slack(0)), (vec![1, 2], 1.25));
         // Known gaps survive a new list; new pairs are checked.
@@ -257,7 +268,7 @@ mod tests {
         let mut cache = DistanceCache::default();
         cache.clear(3);
         cache.follow(&[(0, 1), (1, 2)], |_| 0);
-        cache.travel(&[0.0; 3], [1.0; 3].into_iter());
+        cache.travel(&[0.0; 3], &[1.0; 3], |speed| speed);
         assert_eq!(due(&mut cache), [0, 1]);
         cache.deactivate(0);
         cache.deactivate(1);
@@ -272,7 +283,7 @@ mod tests {
     /// Few pairs are watched, and yet each is found in the step in which it is due.
     #[test]
     fn no_due_pair_is_missed() {
-        let shapes = 12;
+        let shapes = 13;
         let keys: Vec<_> = (0..shapes).flat_map(|a| (a + 1..shapes).map(move |b| (a, b))).collect();
         let mut cache = DistanceCache::default();
         cache.clear(shapes as usize);
@@ -284,8 +295,9 @@ mod tests {
         };
         let (mut watched, mut found) = (0, 0);
         for step in 0..1000 {
-            let ways: Vec<f64> = (0..shapes).map(|shape| speed(shape, step)).collect();
-            cache.travel(&ways, (0..shapes).map(|shape| 2.0 * speed(shape, step + 1)));
+            let [ways, speeds] =
+                [step, step + 1].map(|step| (0..shapes).map(|shape| speed(shape, step)).collect::<Vec<_>>());
+            cache.travel(&ways, &speeds, |speed| 2.0 * speed);
             let all: Vec<_> = (0..keys.len())
                 .filter(|&k| cache.bounds[k].until <= cache.sum_ahead(&cache.bounds[k]))
                 .collect();

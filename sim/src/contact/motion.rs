@@ -13,6 +13,7 @@
 //! needs no term of second order.
 
 use super::bodies::Bodies;
+use crate::config::Config;
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::Collider;
 use palmares_models::{Pose, Vec3};
@@ -24,23 +25,15 @@ pub(crate) struct Motion {
     pub speeds: Vec<f64>,
     /// Largest distance that any point of each shape has moved in the last step, m.
     pub ways: Vec<f64>,
-    /// Present motion of every shape.
-    pub(super) now: Vec<Now>,
+    /// The speed in the world, now.
+    pub(super) now: Vec<f64>,
+    /// Upper bound of the distance of any point of each shape from the base, m.
+    pub(super) far: Vec<f64>,
+    /// Way and speed as seen from a base that moves fast, m and m/s.
+    pub(super) seen: Vec<[f64; 2]>,
     /// Number of shapes of the hand, which come first.
     linked: usize,
     pub(super) frame: Frame,
-}
-
-/// Present motion of a shape, from which [`Motion::end`] finds its ways and speeds.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Now {
-    /// Upper bound of the speed of any point in the world, m/s.
-    pub speed: f64,
-    /// Upper bound of the distance of any point from the base, m.
-    far: f64,
-    /// Way and speed as seen from the base, m and m/s; of use if the base moves fast.
-    way_by_base: f64,
-    speed_by_base: f64,
 }
 
 /// Speed of a base, m/s and rad/s, below which bounds in the world's frame, with its motion added, are good enough in its own.
@@ -61,7 +54,7 @@ enum Carry {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Frame {
     /// Whether there is a base.
-    by_base: bool,
+    pub by_base: bool,
     /// Pose of the base at the start of the step.
     base: Pose,
     /// Way and turn of the base in the last step, m and rad.
@@ -100,7 +93,9 @@ impl Motion {
             let count = if hand { 2 * shapes } else { shapes };
             self.speeds.resize(count, 0.0);
             self.ways.resize(count, 0.0);
-            self.now.resize(shapes, Now::default());
+            self.now.resize(shapes, 0.0);
+            self.far.resize(shapes, 0.0);
+            self.seen.resize(shapes, [0.0; 2]);
             self.linked = bodies.model.hand_colliders();
         }
         if hand {
@@ -108,35 +103,54 @@ impl Motion {
         }
     }
 
-    /// Finds the ways and speeds. No point of a shape moved faster than the faster of its two speeds, apart from gravity on a
-    /// ballistic path and rounding.
+    /// Finds the ways and speeds.
     pub(super) fn end(&mut self, bodies: &Bodies<'_>) {
         let config = bodies.model.config();
-        let h = config.step_s;
-        // Twice the way of a fall from rest in a step.
-        let fall = config.gravity.length() * h * h;
-        let (ways, ways_by_base) = self.ways.split_at_mut(self.now.len());
-        let (speeds, speeds_by_base) = self.speeds.split_at_mut(self.now.len());
-        for (i, ((way, speed), now)) in ways.iter_mut().zip(&mut *speeds).zip(&self.now).enumerate() {
-            let faster = if now.speed > *speed { now.speed } else { *speed };
-            let own = if faster > 0.0 { 1.01 * h * faster + fall } else { 0.0 };
-            // The step of a hand starts with a third of its last displacement (BDF2).
-            let linked = (*way + 2.0 * own) / 3.0;
-            *way = if i < self.linked && linked > own { linked } else { own };
-            *speed = now.speed;
+        let (shapes, linked) = (self.now.len(), self.linked);
+        let (ways, ways_by_base) = self.ways.split_at_mut(shapes);
+        let (speeds, speeds_by_base) = self.speeds.split_at_mut(shapes);
+        travelled::<true>(config, &mut ways[..linked], &speeds[..linked], &self.now[..linked]);
+        travelled::<false>(config, &mut ways[linked..], &speeds[linked..], &self.now[linked..]);
+        speeds.copy_from_slice(&self.now);
+        if !self.frame.by_base {
+            return;
         }
         let [linear, turn] = self.frame.ways;
-        let nothing = matches!(self.frame.carry, Carry::Nothing);
-        for ((by_base, way), now) in ways_by_base.iter_mut().zip(&*ways).zip(&self.now) {
-            let own = if nothing { way + linear } else { now.way_by_base };
-            // The turn carries a point from where it was: farther off by no more than what both have moved.
-            *by_base = own + turn * (now.far + own);
+        // The turn carries a point from where it was: farther off by no more than what both have moved.
+        let turned = |own: f64, far: f64| own + turn * (far + own);
+        if matches!(self.frame.carry, Carry::Nothing) {
+            for ((by_base, way), far) in ways_by_base.iter_mut().zip(&*ways).zip(&self.far) {
+                *by_base = turned(way + linear, *far);
+            }
+        } else {
+            for ((by_base, [way, _]), far) in ways_by_base.iter_mut().zip(&self.seen).zip(&self.far) {
+                *by_base = turned(*way, *far);
+            }
         }
         let [linear, angular] = self.frame.speeds;
-        let slow = self.frame.velocity.is_none();
-        for ((by_base, speed), now) in speeds_by_base.iter_mut().zip(&*speeds).zip(&self.now) {
-            *by_base = if slow { speed + linear + angular * now.far } else { now.speed_by_base };
+        if self.frame.velocity.is_none() {
+            for ((by_base, speed), far) in speeds_by_base.iter_mut().zip(&*speeds).zip(&self.far) {
+                *by_base = speed + linear + angular * far;
+            }
+        } else {
+            speeds_by_base.iter_mut().zip(&self.seen).for_each(|(by_base, [_, speed])| *by_base = *speed);
         }
+    }
+}
+
+/// Ways in the last step, from the speeds before and now. No point of a shape moved faster than the faster of them, apart from
+/// gravity on a ballistic path and rounding.
+#[inline]
+fn travelled<const LINKED: bool>(config: &Config, ways: &mut [f64], before: &[f64], now: &[f64]) {
+    let h = config.step_s;
+    // Twice the way of a fall from rest in a step.
+    let fall = config.gravity.length() * h * h;
+    for ((way, before), now) in ways.iter_mut().zip(before).zip(now) {
+        let faster = if now > before { now } else { before };
+        let own = if *faster > 0.0 { 1.01 * h * faster + fall } else { 0.0 };
+        // The step of a hand starts with a third of its last displacement (BDF2).
+        let more = (*way + 2.0 * own) / 3.0;
+        *way = if LINKED && more > own { more } else { own };
     }
 }
 
@@ -164,43 +178,44 @@ impl Frame {
             Frame { by_base: true, base: now, ways, speeds, carry, velocity: (!slow).then_some(velocity) };
     }
 
-    /// A body's shape rests in the world.
-    pub(super) fn rests(&self, shape: &Collider, at: &Pose) -> Now {
-        let far = self.far(shape, at);
+    /// Way and speed of a body's shape that rests in the world, as seen from the base.
+    pub(super) fn rests(&self, shape: &Collider, at: &Pose, far: f64) -> [f64; 2] {
         let [linear, angular] = self.speeds;
-        let way_by_base = match &self.carry {
+        let way = match &self.carry {
             Carry::Nothing => 0.0,
             Carry::Along(by) => by.length(),
             Carry::With(by) => way(&(*by * *at), at, shape.bounding_radius),
         };
-        Now { speed: 0.0, far, way_by_base, speed_by_base: linear + angular * far }
+        [way, linear + angular * far]
     }
 
-    /// A body's shape moves from one pose in the world to another.
+    /// The same for one with this velocity about its origin, which moves from one pose in the world to another; 0 for what follows
+    /// from its motion in the world.
     #[inline(always)]
-    pub(super) fn moves(&self, bodies: &Bodies<'_>, shape: &Collider, from: &Pose, to: &Pose) -> Now {
-        let velocity = bodies.velocity(shape.owner, to.translation);
-        let mut now = Now { speed: speed(velocity, shape), ..Now::default() };
-        if self.by_base {
-            now.far = self.far(shape, to);
-            now.way_by_base = match &self.carry {
-                Carry::Nothing => 0.0,
-                Carry::Along(by) => {
-                    way(&Pose { translation: from.translation + *by, ..*from }, to, shape.bounding_radius)
-                }
-                Carry::With(by) => way(&(*by * *from), to, shape.bounding_radius),
-            };
-            if let Some(base) = &self.velocity {
-                let carried = base.moved(to.translation - bodies.dynamics.kin.origin);
-                now.speed_by_base = speed(velocity - carried, shape);
+    pub(super) fn moves(
+        &self,
+        bodies: &Bodies<'_>,
+        shape: &Collider,
+        velocity: SpatialVelocity,
+        from: &Pose,
+        to: &Pose,
+    ) -> [f64; 2] {
+        let way = match &self.carry {
+            Carry::Nothing => 0.0,
+            Carry::Along(by) => {
+                way(&Pose { translation: from.translation + *by, ..*from }, to, shape.bounding_radius)
             }
-        }
-        now
+            Carry::With(by) => way(&(*by * *from), to, shape.bounding_radius),
+        };
+        let speed = self.velocity.map_or(0.0, |base| {
+            speed(velocity - base.moved(to.translation - bodies.dynamics.kin.origin), shape)
+        });
+        [way, speed]
     }
 
     /// Bound of the distance of a shape's points from the base, m.
     #[inline(always)]
-    fn far(&self, shape: &Collider, at: &Pose) -> f64 {
+    pub(super) fn far(&self, shape: &Collider, at: &Pose) -> f64 {
         (at.translation - self.base.translation).abs().element_sum() + shape.bounding_radius
     }
 }

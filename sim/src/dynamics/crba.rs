@@ -39,7 +39,7 @@ impl Inertias {
     /// Writes M, row-major n x n with n = 6 + coordinates. Entries that no path to the base couples stay
     /// zero. Coordinates that move several links (mimics) sum.
     pub fn mass_matrix(&mut self, hand: &Hand, kin: &Kinematics, m: &mut [f64]) {
-        self.tree_matrix::<true>(hand, kin, m);
+        self.joints::<true>(hand, kin, m);
         let n = 6 + hand.coordinates.len();
         let base = self.composite[0];
         for k in 0..3 {
@@ -59,18 +59,29 @@ impl Inertias {
 
     /// Writes the part of M that belongs to the joints alone.
     pub fn joint_matrix(&mut self, hand: &Hand, kin: &Kinematics, m: &mut [f64]) {
-        self.tree_matrix::<false>(hand, kin, m);
+        self.joints::<false>(hand, kin, m);
     }
 
-    /// The joints' part of M, and on request their coupling with the base.
-    fn tree_matrix<const BASE: bool>(&mut self, hand: &Hand, kin: &Kinematics, m: &mut [f64]) {
-        let n = 6 + hand.coordinates.len();
+    fn joints<const BASE: bool>(&mut self, hand: &Hand, kin: &Kinematics, m: &mut [f64]) {
         let jointed = hand.links.iter().filter(|link| link.joint.is_some()).count();
-        let shared = jointed > hand.coordinates.len();
-        if shared {
+        if jointed > hand.coordinates.len() {
+            let n = 6 + hand.coordinates.len();
             m[..n * n].fill(0.0);
+            self.tree_matrix::<BASE, true>(hand, kin, m);
+        } else {
+            self.tree_matrix::<BASE, false>(hand, kin, m);
         }
-        let put = |to: &mut f64, x: f64| *to = if shared { *to + x } else { x };
+    }
+
+    /// The joints' part of M, and on request their coupling with the base. Entries add up if several joints share a coordinate.
+    fn tree_matrix<const BASE: bool, const SHARED: bool>(
+        &mut self,
+        hand: &Hand,
+        kin: &Kinematics,
+        m: &mut [f64],
+    ) {
+        let n = 6 + hand.coordinates.len();
+        let put = |to: &mut f64, x: f64| *to = if SHARED { *to + x } else { x };
         self.composite.clear();
         self.composite.extend_from_slice(&self.link);
         for i in (1..hand.links.len()).rev() {

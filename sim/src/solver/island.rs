@@ -32,6 +32,8 @@ pub struct Islands {
     island_of: Vec<usize>,
     islands: Vec<Island>,
     len: usize,
+    /// Whether something was left out of an island.
+    any_left_out: bool,
     /// Whether all islands have one body.
     all_singletons: bool,
 }
@@ -88,8 +90,8 @@ impl Islands {
 
     /// Gives every island what was left out of it; nothing lies between two islands.
     pub fn distribute(&mut self, left_out: &[LeftOut], owners: impl Fn(&LeftOut) -> [Owner; 2]) {
-        for island in &mut self.islands[..self.len] {
-            island.left_out.clear();
+        if std::mem::replace(&mut self.any_left_out, !left_out.is_empty()) {
+            self.islands.iter_mut().for_each(|island| island.left_out.clear());
         }
         for (k, left) in left_out.iter().enumerate() {
             if !left.joined {
@@ -112,6 +114,7 @@ impl Islands {
         }
     }
 
+    #[inline]
     fn of_pair(&mut self, a: Owner, b: Owner) -> usize {
         let node = node(b).or(node(a)).unwrap_or(0);
         let root = self.root(node);

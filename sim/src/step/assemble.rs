@@ -114,6 +114,7 @@ fn assemble_object(input: &Input<'_>, k: usize, h: f64, problem: &mut Problem, v
 
 /// Laws of the contact points. The step of a contact is always the full one, even if the hand's is shorter
 /// (BDF2): a hand in contact is stepped by implicit Euler.
+#[inline(never)]
 fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, problem: &mut Problem) {
     let config = model.config();
     let (h, tau) = (config.step_s, config.contact_dissipation_s);

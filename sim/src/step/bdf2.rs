@@ -96,6 +96,9 @@ fn lands(
     v: &[f64],
     history: &mut History,
 ) -> bool {
+    if island.left_out.is_empty() {
+        return false;
+    }
     let History { now, way, .. } = history;
     way.clear();
     way.extend(v.iter().zip(&now.v).map(|(after, before)| (1.0 - AHEAD) * after + AHEAD * before));

@@ -34,6 +34,9 @@ pub(super) fn limit(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
 ) {
+    if !model.rebounds() {
+        return;
+    }
     let mut blend = std::mem::take(&mut work.blend);
     blend.times.clear();
     blend.times.resize(island.objects.len(), f64::INFINITY);

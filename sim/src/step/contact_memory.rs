@@ -48,7 +48,6 @@ pub(super) fn remember(
                 *data = Anchor::IDLE;
                 // A rebound that never comes only prevents braking.
                 let stays = found.restitution == 0.0;
-
                 for k in [found.a, found.b].into_iter().filter_map(on_object) {
                     if rebound.time_s.is_finite() {
                         let at = ObjectImpact { stays, ..ObjectImpact::at(rebound.time_s) };
@@ -81,8 +80,10 @@ pub(super) fn remember(
         pair.mean = mean;
         let origin = collision.poses[pair.key.0 as usize].translation - found.origin;
         let SpatialVelocity { linear, angular } = solved.relative;
-        let at_a = linear + angular.cross(origin);
-        pair.predicted = (loaded > 0.0).then(|| [at_a, angular].map(|of| into_a * (of * h)));
+        pair.predicted = (loaded > 0.0).then(|| {
+            let at_a = linear + angular.cross(origin);
+            [into_a * (at_a * h), into_a * (angular * h)]
+        });
     }
 }
 

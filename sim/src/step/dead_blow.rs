@@ -78,6 +78,7 @@ pub(super) fn fastest(config: &Config, contacts: &Contacts, island: &Island, pro
 
 /// Dissipation time of a point that bears after a step, s. `blow` is the speed of the fastest blow of the step, m/s; the point
 /// has this normal `impulse`, N s, and ends at the normal velocity `after`, m/s.
+#[inline]
 pub(super) fn hold(
     model: &Model,
     bodies: [Owner; 2],
@@ -88,6 +89,9 @@ pub(super) fn hold(
     let config = model.config();
     let h = config.step_s;
     let mut struck_s = point.anchor.struck_s;
+    if struck_s == 0.0 && blow == 0.0 {
+        return 0.0;
+    }
     if blow > 0.0 && after < -PASSED * blow {
         let own_s = dissipation_s(config, lighter(model, bodies));
         // What it yields in the step returns as slowly as the blow.

@@ -41,7 +41,7 @@ pub(super) fn step(
         let rebounds = solve_with_rebounds(model, state, work, island, (problem, newton), v);
         // Bodies that rebound within the step do not move along their velocities at its end.
         if rebounds == Rebounds::Own
-            && (island.is_lone_object() || !impacts::any_within(&work.collision, island))
+            && (island.is_lone_object() || !model.rebounds() || !impacts::any_within(&work.collision, island))
         {
             passing::leave_out(model, state, work, island, (problem, newton), v);
         }
@@ -89,10 +89,15 @@ fn solve_with_rebounds(
     let rebounds = impacts::find(bodies, &mut collision.contacts, island, impacts, &mut outcome.work);
     match rebounds {
         Rebounds::Sequence => impacts::follow_paths(model, collision, island, impacts),
-        Rebounds::Own => known_blows::note_single(bodies, &mut collision.contacts, island),
+        Rebounds::Own if model.rebounds() => {
+            known_blows::note_single(bodies, &mut collision.contacts, island);
+        }
+        Rebounds::Own => {}
     }
     assemble(&work.input(model, state), island, model.config().step_s, problem, v);
-    known_blows::start(&work.collision.contacts, island, problem, v);
+    if model.rebounds() {
+        known_blows::start(&work.collision.contacts, island, problem, v);
+    }
     solve(model, work, problem, newton, v);
     rebounds
 }

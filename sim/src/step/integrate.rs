@@ -7,7 +7,7 @@ use super::impacts::{Impacts, ObjectImpact, Touch, on_object, pull};
 use super::midpoint_correction::{Correction, correction};
 use super::torque_free::{omega_at, turned, unlike};
 use crate::contact::narrow_phase::Contacts;
-use crate::model::Model;
+use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
 use crate::state::State;
@@ -51,19 +51,21 @@ fn mark_touched(contacts: &Contacts, island: &Island, problem: &Problem, touched
     touched.clear();
     touched.resize(island.objects.len(), Touch::default());
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
-        let points = &problem.points[solved.first..solved.end];
-        let acts = points.iter().any(|point| point.impulse[2] > 0.0);
-        let pair = &contacts.pairs[index];
-        let rebounds = acts && pair.restitution > 0.0;
-        let impulse: f64 = points.iter().map(|point| point.impulse[2]).sum();
-        for k in [solved.a, solved.b].into_iter().filter_map(on_object) {
-            let of = &mut touched[island.objects.binary_search(&k).unwrap_or(0)];
-            *of = Touch {
-                acts: of.acts | acts,
-                rebounds: of.rebounds | rebounds,
-                impulse: of.impulse + impulse,
-            };
+        let (mut acts, mut impulse) = (false, 0.0);
+        for point in &problem.points[solved.first..solved.end] {
+            acts |= point.impulse[2] > 0.0;
+            impulse += point.impulse[2];
         }
+        let rebounds = acts && contacts.pairs[index].restitution > 0.0;
+        let mut touch = |owner: Owner| {
+            let Some(k) = on_object(owner) else { return };
+            let of = &mut touched[island.objects.binary_search(&k).unwrap_or(0)];
+            of.acts |= acts;
+            of.rebounds |= rebounds;
+            of.impulse += impulse;
+        };
+        touch(solved.a);
+        touch(solved.b);
     }
 }
 
@@ -77,6 +79,9 @@ pub(super) fn move_objects(
     (contacts, loads): (&Contacts, &[(Vec3, Vec3)]),
     Impacts { of_objects: impacts, touched, .. }: &mut Impacts,
 ) {
+    if island.objects.is_empty() {
+        return;
+    }
     let h = model.config().step_s;
     let mut at = problem.hand_dofs;
     let alone = island.is_lone_object();

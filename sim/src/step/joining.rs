@@ -21,12 +21,14 @@ use palmares_models::Vec3;
 pub(super) fn at_once(model: &Model, state: &mut State, work: &mut Work, islands: &mut Islands) {
     let Work { collision, joining, .. } = work;
     let list = &collision.contacts.left_out.list;
+    if list.is_empty() {
+        islands.distribute(list, |left| owners(model, collision, left));
+        return;
+    }
     let mut hit = std::mem::take(&mut joining.hit);
     hit.clear();
-    if !list.is_empty() {
-        let owners = |left: &LeftOut| owners(model, collision, left);
-        hit.extend((0..list.len()).filter(|&k| islands.cannot_wait(owners(&list[k]))));
-    }
+    let owners_of = |left: &LeftOut| owners(model, collision, left);
+    hit.extend((0..list.len()).filter(|&k| islands.cannot_wait(owners_of(&list[k]))));
     for &k in &hit {
         join(model, state, work, k);
     }
@@ -52,6 +54,9 @@ pub(super) fn reached(
     island: &mut Island,
     v: &[f64],
 ) -> bool {
+    if island.left_out.is_empty() {
+        return false;
+    }
     find_hit(model, state, work, island, v, &state.v);
     let hit = std::mem::take(&mut work.joining.hit);
     let mut any = false;

@@ -40,14 +40,18 @@ pub(super) fn leave_out(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut [f64],
 ) {
+    // In the hand, surfaces within the onset of dissipation count as touching.
+    let touching_m = if island.hand { model.config().contact_onset_m } else { GAP_M };
+    let step_s = model.config().step_s;
+    let mut pairs = island.pairs.iter().map(|&index| &work.collision.contacts.pairs[index]).enumerate();
+    let first = pairs.position(|(k, pair)| acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s)));
+    let Some(first) = first else { return };
     let mut passing = std::mem::take(&mut work.passing);
     passing.left_out.clear();
     let mut spent = 0;
-    // In the hand, surfaces within the onset of dissipation count as touching.
-    let touching_m = if island.hand { model.config().contact_onset_m } else { GAP_M };
-    for (k, &index) in island.pairs.iter().enumerate() {
+    for (k, &index) in island.pairs.iter().enumerate().skip(first) {
         let pair = &work.collision.contacts.pairs[index];
-        if acts_across_a_gap(work, pair, (problem, k), (touching_m, model.config().step_s))
+        if acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s))
             && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
         {
             passing.left_out.push(k);
