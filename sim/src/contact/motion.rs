@@ -9,7 +9,7 @@
 //! hemisphere, give `2 sin(θ/2) ≤ 4 sin(θ/4) = 2 |q₁ − q₀|`. And `a + b ≤ √(2 (a² + b²))`, with one root.
 //!
 //! As seen from a base that goes from B₀ to B₁, a shape goes from `B₁ B₀⁻¹` times its old pose, where the base would have carried it,
-//! to its new one. The bound holds whatever lies between the two poses: it is no estimate from velocities, so that a base that turns
+//! to its new one; if the base hardly turns, from its old pose shifted with the base, and the turn is added. The bound holds whatever lies between the two poses: it is no estimate from velocities, so that a base that turns
 //! needs no term of second order.
 
 use super::bodies::Bodies;
@@ -149,7 +149,7 @@ fn travelled<const LINKED: bool>(config: &Config, ways: &mut [f64], before: &[f6
         let faster = if now > before { now } else { before };
         let own = if *faster > 0.0 { 1.01 * h * faster + fall } else { 0.0 };
         // The step of a hand starts with a third of its last displacement (BDF2).
-        let more = (*way + 2.0 * own) / 3.0;
+        let more = (1.0 / 3.0) * *way + (2.0 / 3.0) * own;
         *way = if LINKED && more > own { more } else { own };
     }
 }

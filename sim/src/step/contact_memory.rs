@@ -59,16 +59,17 @@ pub(super) fn remember(
                 }
                 continue;
             }
-            let anchor = bearing(config, point, &contact.anchor, h);
-            let struck_s =
+            let mut anchor = bearing(config, point, &contact.anchor, h);
+            anchor.stretch = into_a * anchor.stretch;
+            anchor.struck_s =
                 hold(model, [found.a, found.b], contact, blow, (point.impulse[2], point.velocity[2]));
-            *data = Anchor { stretch: into_a * anchor.stretch, struck_s, ..anchor };
+            *data = anchor;
             loaded += 1.0;
-            mean.stretch += data.stretch;
-            mean.twist += data.twist;
-            mean.slip += data.slip;
-            mean.bearing += data.bearing;
-            mean.struck_s = mean.struck_s.max(struck_s);
+            mean.stretch += anchor.stretch;
+            mean.twist += anchor.twist;
+            mean.slip += anchor.slip;
+            mean.bearing += anchor.bearing;
+            mean.struck_s = mean.struck_s.max(anchor.struck_s);
             forces.contacts.push(contact_force(point, contact, found, pair.key, h));
         }
         if loaded > 0.0 {
@@ -89,7 +90,7 @@ pub(super) fn remember(
 
 /// Memory of a bearing point after a time h with the impulse of its solution, s, from its memory before; stretches are in world
 /// axes.
-#[inline]
+#[inline(always)]
 pub(super) fn bearing(config: &Config, point: &Point, before: &Anchor, h: f64) -> Anchor {
     let tau = config.contact_dissipation_s.max(before.struck_s);
     let [t1, t2, normal] = point.axes;

@@ -336,6 +336,7 @@ fn with_slip(free: Bodies<'_>, pair: &ContactPair, point: &ContactPoint, found: 
 #[cfg(test)]
 mod tests {
     use crate::{Command, Config, Model, State, World};
+    use palmares_models::hand::Hand;
     use palmares_models::object::Object;
     use palmares_models::shape::Shape;
     use palmares_models::{Pose, Vec3};
@@ -346,25 +347,32 @@ mod tests {
 
     /// Elastic balls in a row without weight, by positions and velocities along x; after one step.
     fn after_a_step(balls: &[(f64, f64)]) -> World {
+        after_a_step_with(None, balls)
+    }
+
+    /// The same with a hand at rest far below.
+    fn after_a_step_with(hand: Option<Arc<Hand>>, balls: &[(f64, f64)]) -> World {
         let config = Config { gravity: Vec3::ZERO, ..Config::with_step(STEP_S) };
-        let mut model = Model::new(config, None).expect("an empty world");
+        let mut model = Model::new(config, hand).expect("a sound world");
         for _ in balls {
             let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: RADIUS })];
             let ball = Object::new("ball", parts, 0.2, 0.0, 0.0).expect("a ball").with_restitution(1.0);
             model.add_object(Arc::new(ball)).expect("it fits");
         }
         let at: Vec<Pose> = balls.iter().map(|(x, _)| Pose::translation(*x, 0.0, 0.0)).collect();
-        let mut state = State::at_rest(&model, Pose::IDENTITY, &at);
+        let below = Pose::translation(0.0, 0.0, -1.0);
+        let mut state = State::at_rest(&model, below, &at);
         for (ball, (_, speed)) in balls.iter().enumerate() {
-            state.v[6 * ball] = *speed;
+            state.v[model.object_dofs(ball)] = *speed;
         }
         let mut world = World::new(Arc::new(model), state);
-        world.step(&Command::stay(world.model(), Pose::IDENTITY));
+        world.step(&Command::stay(world.model(), below));
         world
     }
 
     fn speeds(world: &World) -> Vec<f64> {
-        (0..world.state().objects.len()).map(|ball| world.state().v[6 * ball]).collect()
+        let at = |ball| world.state().v[world.model().object_dofs(ball)];
+        (0..world.state().objects.len()).map(at).collect()
     }
 
     /// A rebounding contact is a million times as stiff as its balls are heavy, so that each impact lacks a
@@ -393,6 +401,19 @@ mod tests {
     fn impacts_that_follow_within_a_step_are_played_in_their_order() {
         let world = after_a_step(&[(0.0, 1.0), (2.0 * RADIUS + 0.2e-3, 0.0), (4.0 * RADIUS + 0.4e-3, 0.0)]);
         assert_near(&speeds(&world), &[0.0, 0.0, 1.0]);
+    }
+
+    /// The detour of such a row discards the known gaps, those of a hand beside it, too; its next step finds them again.
+    #[test]
+    fn a_row_that_is_struck_beside_a_hand_moves_on() {
+        let hand = Hand::builtin("softhand").expect("it is built in");
+        let row = [(0.0, 1.0), (2.0 * RADIUS + 0.2e-3, 0.0), (4.0 * RADIUS + 0.4e-3, 0.0)];
+        let mut world = after_a_step_with(Some(hand), &row);
+        let command = Command::stay(world.model(), world.state().base);
+        for _ in 0..3 {
+            world.step(&command);
+            assert_near(&speeds(&world), &[0.0, 0.0, 1.0]);
+        }
     }
 
     #[test]

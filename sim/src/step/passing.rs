@@ -43,9 +43,11 @@ pub(super) fn leave_out(
     // In the hand, surfaces within the onset of dissipation count as touching.
     let touching_m = if island.hand { model.config().contact_onset_m } else { GAP_M };
     let step_s = model.config().step_s;
-    let mut pairs = island.pairs.iter().map(|&index| &work.collision.contacts.pairs[index]).enumerate();
-    let first = pairs.position(|(k, pair)| acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s)));
-    let Some(first) = first else { return };
+    let acts = |k: usize| {
+        let pair = &work.collision.contacts.pairs[island.pairs[k]];
+        acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s))
+    };
+    let Some(first) = (0..island.pairs.len()).find(|&k| acts(k)) else { return };
     let mut passing = std::mem::take(&mut work.passing);
     passing.left_out.clear();
     let mut spent = 0;
@@ -105,6 +107,7 @@ pub(super) fn leave_out(
 
 /// Whether the `k`-th pair of a problem bore nothing and carries force, and only across a gap of more than
 /// `touching_m`, which its surfaces have the speed to pass.
+#[inline(always)]
 fn acts_across_a_gap(
     work: &Work,
     pair: &ContactPair,
