@@ -84,14 +84,23 @@ pub(super) fn hold(
     bodies: [Owner; 2],
     point: &ContactPoint,
     blow: f64,
+    after: (f64, f64),
+) -> f64 {
+    // Most points are in no blow.
+    if point.anchor.struck_s == 0.0 && blow == 0.0 { 0.0 } else { held(model, bodies, point, blow, after) }
+}
+
+#[cold]
+fn held(
+    model: &Model,
+    bodies: [Owner; 2],
+    point: &ContactPoint,
+    blow: f64,
     (impulse, after): (f64, f64),
 ) -> f64 {
     let config = model.config();
     let h = config.step_s;
     let mut struck_s = point.anchor.struck_s;
-    if struck_s == 0.0 && blow == 0.0 {
-        return 0.0;
-    }
     if blow > 0.0 && after < -PASSED * blow {
         let own_s = dissipation_s(config, lighter(model, bodies));
         // What it yields in the step returns as slowly as the blow.
