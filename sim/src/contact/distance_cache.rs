@@ -14,6 +14,8 @@ struct PairBound {
     slots: (u32, u32),
     /// Sum of both odometers that uses up the known gap of the pair.
     until: f64,
+    /// Whether it is due only within the short reach of a step.
+    waits: bool,
 }
 
 /// Odometers, and the known gaps of the near pairs.
@@ -29,8 +31,8 @@ pub struct DistanceCache {
     old_gaps: Vec<(f64, Pose)>,
     /// Per shape and frame: distance travelled since the cache began, m.
     odometer: Vec<f64>,
-    /// The same plus the distance that may count against a gap in this step.
-    ahead: Vec<f64>,
+    /// The same plus the distance that may count against a gap in this step: with the full reach, and with the short one.
+    ahead: [Vec<f64>; 2],
 }
 
 impl DistanceCache {
@@ -43,17 +45,23 @@ impl DistanceCache {
         }
     }
 
-    /// Adds the last step's `paths`; `reach` of a shape is the part of a gap that it can use up in this step.
-    pub fn travel(&mut self, paths: &[f64], reach: impl Iterator<Item = f64>) {
+    /// Adds the last step's `paths`.
+    pub fn travel(&mut self, paths: &[f64]) {
         for (odometer, path) in self.odometer.iter_mut().zip(paths) {
             *odometer += path;
         }
-        self.ahead.clear();
-        self.ahead.extend(self.odometer.iter().zip(reach).map(|(odometer, reach)| odometer + reach));
     }
 
-    /// Follows a new list of near pairs; `shift` is the distance of a pair's odometers from its shapes.
-    pub fn follow(&mut self, keys: &[(u32, u32)], shift: impl Fn((u32, u32)) -> u32) {
+    /// Sets the part of a gap that each shape can use up in this step, m: with the full reach, or for pairs that `wait` with the
+    /// short one.
+    pub fn set_reach(&mut self, wait: bool, reach: impl Iterator<Item = f64>) {
+        let ahead = &mut self.ahead[usize::from(wait)];
+        ahead.clear();
+        ahead.extend(self.odometer.iter().zip(reach).map(|(odometer, reach)| odometer + reach));
+    }
+
+    /// Follows a new list of near pairs. `of` a pair are the distance of its odometers from its shapes, and whether it waits.
+    pub fn follow(&mut self, keys: &[(u32, u32)], of: impl Fn((u32, u32)) -> (u32, bool)) {
         std::mem::swap(&mut self.bounds, &mut self.old);
         std::mem::swap(&mut self.gaps, &mut self.old_gaps);
         let mut old = self.old.drain(..).zip(self.old_gaps.drain(..)).peekable();
@@ -62,9 +70,9 @@ impl DistanceCache {
         for &key in keys {
             while old.next_if(|(bound, _)| bound.key < key).is_some() {}
             let (bound, gap) = old.next_if(|(bound, _)| bound.key == key).unwrap_or_else(|| {
-                let by = shift(key);
+                let (by, waits) = of(key);
                 let slots = (key.0 + by, key.1 + by);
-                (PairBound { key, slots, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY))
+                (PairBound { key, slots, until: f64::NEG_INFINITY, waits }, (0.0, Pose::IDENTITY))
             });
             self.bounds.push(bound);
             self.gaps.push(gap);
@@ -80,8 +88,8 @@ impl DistanceCache {
     #[inline]
     pub fn next(&self, from: usize) -> Option<usize> {
         let due = |bound: &PairBound| {
-            let (a, b) = bound.slots;
-            bound.until <= self.ahead[a as usize] + self.ahead[b as usize]
+            let ((a, b), ahead) = (bound.slots, &self.ahead[usize::from(bound.waits)]);
+            bound.until <= ahead[a as usize] + ahead[b as usize]
         };
         self.bounds.get(from..)?.iter().position(due).map(|k| from + k)
     }
@@ -96,6 +104,21 @@ impl DistanceCache {
     /// Whether two shapes, lower index first, are a near pair.
     pub fn has(&self, key: (u32, u32)) -> bool {
         self.bounds.binary_search_by_key(&key, |bound| bound.key).is_ok()
+    }
+
+    /// Whether pair `index` is due only within the short reach.
+    #[inline]
+    pub fn waits(&self, index: usize) -> bool {
+        self.bounds[index].waits
+    }
+
+    /// The pairs that wait and are apart, and whose known gap these ways of the odometers can use up; with the gap, m.
+    pub fn waiting(&self, ways: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        self.bounds.iter().enumerate().filter_map(|(index, bound)| {
+            let (a, b) = (bound.slots.0 as usize, bound.slots.1 as usize);
+            let gap = bound.until - (self.odometer[a] + self.odometer[b]);
+            (bound.waits && gap > 0.0 && gap <= ways[a] + ways[b]).then_some((index, gap))
+        })
     }
 
     /// Neither shape of pair `index` moves: the pair is not checked until one of them is reactivated.
@@ -153,18 +176,19 @@ mod tests {
     fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
         let mut cache = DistanceCache::default();
         cache.clear(3);
-        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| (0, false));
         let reach = [0.5, 0.0, 1.0];
-        cache.travel(&[0.0; 3], reach.into_iter());
+        cache.set_reach(false, reach.into_iter());
         assert_eq!((cache.next(0), cache.next(1), cache.next(3)), (Some(0), Some(1), None));
         cache.set_bound(0, 2.0);
         cache.set_bound(1, 2.0);
         assert_eq!((cache.next(0), cache.next(3)), (Some(2), None));
-        cache.travel(&[0.25, 0.5, 0.5], reach.into_iter());
+        cache.travel(&[0.25, 0.5, 0.5]);
+        cache.set_reach(false, reach.into_iter());
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
         assert_eq!((cache.next(0), cache.slack(0)), (Some(1), 1.25));
         // Known gaps survive a new list; new pairs are checked.
-        cache.follow(&[(0, 1), (0, 3)], |_| 0);
+        cache.follow(&[(0, 1), (0, 3)], |_| (0, false));
         assert_eq!(cache.slack(0), 1.25);
         cache.clear(3);
         assert_eq!(cache.slack(0), f64::NEG_INFINITY);
@@ -174,15 +198,33 @@ mod tests {
     fn a_pair_at_rest_is_looked_at_when_one_of_it_is_roused() {
         let mut cache = DistanceCache::default();
         cache.clear(3);
-        cache.follow(&[(0, 1), (1, 2)], |_| 0);
-        cache.travel(&[], [1.0; 3].into_iter());
+        cache.follow(&[(0, 1), (1, 2)], |_| (0, false));
+        cache.set_reach(false, [1.0; 3].into_iter());
         cache.deactivate(0);
         cache.deactivate(1);
         assert_eq!(cache.next(0), None);
         cache.reactivate(|shape| shape == 2);
         assert_eq!((cache.next(0), cache.key(1)), (Some(1), (1, 2)));
         // A new list does not wake pairs at rest.
-        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| (0, false));
         assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
+    }
+
+    #[test]
+    fn a_pair_that_waits_is_due_within_the_short_reach_and_listed_within_other_ways() {
+        let mut cache = DistanceCache::default();
+        cache.clear(3);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], |key| (0, key != (0, 2)));
+        for (index, gap) in [1.0, 1.0, 0.0].into_iter().enumerate() {
+            cache.set_bound(index, gap);
+        }
+        cache.set_reach(false, [0.6; 3].into_iter());
+        cache.set_reach(true, [0.4; 3].into_iter());
+        // A gap of 1 m: the full reach of both uses it up, the short one does not.
+        assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
+        assert_eq!((cache.waits(0), cache.waits(1)), (true, false));
+        assert_eq!(cache.waiting(&[0.6, 0.3, 0.3]).count(), 0);
+        // What touches does not wait any more.
+        assert_eq!(cache.waiting(&[0.6; 3]).collect::<Vec<_>>(), [(0, 1.0)]);
     }
 }
