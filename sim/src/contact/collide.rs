@@ -3,11 +3,13 @@
 use super::bodies::Bodies;
 use super::broad_phase::{BroadPhase, tight_bounds};
 use super::distance_cache::DistanceCache;
+use super::left_out::leaves_out;
 use super::motion::{self, Motion};
 use super::narrow_phase::{Contacts, Shapes};
+use super::reach::SHORT_M;
 use crate::bounds::step_work;
 use crate::dynamics::hand::HandDynamics;
-use crate::model::{Model, Owner};
+use crate::model::{Collider, Model, Owner};
 use crate::state::State;
 use palmares_models::Pose;
 use parry3d_f64::bounding_volume::Aabb;
@@ -53,7 +55,7 @@ pub(crate) fn collide(
     update_shapes(model, state, dynamics, collision, fresh);
     let Collision { contacts, poses, distances, broad_phase, bounds, motion, asleep } = collision;
     if broad_phase.update(model, bounds) {
-        distances.follow(broad_phase.keys(), |key| slot_shift(model, key));
+        distances.follow(broad_phase.keys(), |key| (slot_shift(model, key), waits(model, key)));
         // The memory of all other pairs is dropped.
         state.pairs.retain(|pair| broad_phase.keys().binary_search(&pair.key).is_ok());
         spent += (model.colliders().len() * model.colliders().len()) as u64;
@@ -63,7 +65,9 @@ pub(crate) fn collide(
     }
     let h = model.config().step_s;
     let from_rest = model.config().from_rest(false);
-    distances.travel(&motion.ways, &motion.speeds, |speed| 2.0 * h * speed + 0.5 * from_rest);
+    let reach = |speed: f64| 2.0 * h * speed + 0.5 * from_rest;
+    let short = leaves_out(model).then_some(|speed: f64| h * speed + 0.5 * SHORT_M);
+    distances.travel(&motion.ways, &motion.speeds, reach, short);
     let allowed = step_work(model.objects().len());
     // Every round but the last wakes at least one object.
     loop {
@@ -95,6 +99,13 @@ fn slot_shift(model: &Model, (a, b): (u32, u32)) -> u32 {
     let [a, b] = [a, b].map(|k| model.colliders()[k as usize].owner);
     let of_hand = matches!(a, Owner::Link(_)) || matches!(b, Owner::Link(_));
     if of_hand && a != Owner::Static && b != Owner::Static { model.colliders().len() as u32 } else { 0 }
+}
+
+/// Whether a pair of the hand waits for the solution of a step: none of its bodies sleeps, is an object of its own, or rebounds.
+fn waits(model: &Model, (a, b): (u32, u32)) -> bool {
+    let [a, b] = [a, b].map(|k| &model.colliders()[k as usize]);
+    let is_object = |shape: &Collider| matches!(shape.owner, Owner::Object(_));
+    leaves_out(model) && !is_object(a) && !is_object(b) && a.restitution.max(b.restitution) == 0.0
 }
 
 /// Pose, bounds and motion of every shape; `fresh` if nothing is known of them.

@@ -14,6 +14,8 @@ struct PairBound {
     slots: (u32, u32),
     /// Sum of both odometers that uses up the known gap of the pair.
     until: f64,
+    /// Whether it is due only within the short reach of a step.
+    waits: bool,
 }
 
 /// The gap of a pair that was found.
@@ -42,8 +44,8 @@ pub struct DistanceCache {
     old: (Vec<PairBound>, Vec<KnownGap>),
     /// Per shape and frame: distance travelled since the cache began, m.
     odometer: Vec<f64>,
-    /// The same plus the distance that may count against a gap in this step.
-    ahead: Vec<f64>,
+    /// The same plus the distance that may count against a gap in this step: with the full reach, and with the short one.
+    ahead: [Vec<f64>; 2],
     /// Largest growth of `ahead` in the last step, m.
     farthest: f64,
     /// Indices of the pairs that may be due in this step, ascending.
@@ -59,8 +61,10 @@ impl DistanceCache {
     pub fn clear(&mut self, odometers: usize) {
         self.odometer.clear();
         self.odometer.resize(odometers, 0.0);
-        self.ahead.clear();
-        self.ahead.resize(odometers, 0.0);
+        for ahead in &mut self.ahead {
+            ahead.clear();
+            ahead.resize(odometers, 0.0);
+        }
         self.forget();
     }
 
@@ -72,36 +76,27 @@ impl DistanceCache {
         self.quiet = 0.0;
     }
 
-    /// Adds the last step's `ways`; `reach` is the part of a gap that a shape of some speed can use up in this step.
-    pub fn travel(&mut self, ways: &[f64], speeds: &[f64], reach: impl Fn(f64) -> f64) {
-        let add = |(((odometer, ahead), way), speed): (((&mut f64, &mut f64), &f64), &f64)| {
-            *odometer += way;
-            let now = *odometer + reach(*speed);
-            let grown = now - *ahead;
-            *ahead = now;
-            grown
-        };
-        let larger = |most: &mut f64, x: f64| *most = if x > *most { x } else { *most };
-        // Four abreast: the order of a maximum does not matter.
-        let mut most = [0.0; 4];
-        let (odometers, last_odometers) = self.odometer.as_chunks_mut::<4>();
-        let (aheads, last_aheads) = self.ahead.as_chunks_mut::<4>();
-        let ((ways, last_ways), (speeds, last_speeds)) = (ways.as_chunks::<4>(), speeds.as_chunks::<4>());
-        for (((odometer, ahead), way), speed) in odometers.iter_mut().zip(aheads).zip(ways).zip(speeds) {
-            for k in 0..4 {
-                larger(&mut most[k], add((((&mut odometer[k], &mut ahead[k]), &way[k]), &speed[k])));
-            }
+    /// Adds the last step's `ways`; `reach` is the part of a gap that a shape of some speed can use up in this step, and `short` the
+    /// same for pairs that wait, if there are any.
+    pub fn travel(
+        &mut self,
+        ways: &[f64],
+        speeds: &[f64],
+        reach: impl Fn(f64) -> f64,
+        short: Option<impl Fn(f64) -> f64>,
+    ) {
+        self.odometer.iter_mut().zip(ways).for_each(|(odometer, way)| *odometer += way);
+        let [full, waiting] = &mut self.ahead;
+        self.farthest = look_ahead(&self.odometer, speeds, full, reach);
+        if let Some(short) = short {
+            self.farthest = self.farthest.max(look_ahead(&self.odometer, speeds, waiting, short));
         }
-        for last in last_odometers.iter_mut().zip(last_aheads).zip(last_ways).zip(last_speeds) {
-            larger(&mut most[0], add(last));
-        }
-        self.farthest = most.into_iter().fold(0.0, f64::max);
         self.quiet -= 2.0 * self.farthest;
         self.age += 1;
     }
 
-    /// Follows a new list of near pairs; `shift` is the distance of a pair's odometers from its shapes.
-    pub fn follow(&mut self, keys: &[(u32, u32)], shift: impl Fn((u32, u32)) -> u32) {
+    /// Follows a new list of near pairs. `of` a pair are the distance of its odometers from its shapes, and whether it waits.
+    pub fn follow(&mut self, keys: &[(u32, u32)], of: impl Fn((u32, u32)) -> (u32, bool)) {
         std::mem::swap(&mut self.bounds, &mut self.old.0);
         std::mem::swap(&mut self.gaps, &mut self.old.1);
         let mut old = self.old.0.drain(..).zip(self.old.1.drain(..)).peekable();
@@ -110,9 +105,9 @@ impl DistanceCache {
         for &key in keys {
             while old.next_if(|(_, known)| known.key < key).is_some() {}
             let (bound, known) = old.next_if(|(_, known)| known.key == key).unwrap_or_else(|| {
-                let by = shift(key);
+                let (by, waits) = of(key);
                 let slots = (key.0 + by, key.1 + by);
-                let bound = PairBound { slots, until: f64::NEG_INFINITY };
+                let bound = PairBound { slots, until: f64::NEG_INFINITY, waits };
                 (bound, KnownGap { key, gap: 0.0, a_from_b: Pose::IDENTITY })
             });
             self.bounds.push(bound);
@@ -151,8 +146,8 @@ impl DistanceCache {
 
     #[inline]
     fn sum_ahead(&self, bound: &PairBound) -> f64 {
-        let (a, b) = bound.slots;
-        self.ahead[a as usize] + self.ahead[b as usize]
+        let ((a, b), ahead) = (bound.slots, &self.ahead[usize::from(bound.waits)]);
+        ahead[a as usize] + ahead[b as usize]
     }
 
     /// The next pair that may have come near; `from` is a place among the watched pairs, at first 0.
@@ -178,6 +173,21 @@ impl DistanceCache {
     /// Whether two shapes, lower index first, are a near pair.
     pub fn has(&self, key: (u32, u32)) -> bool {
         self.gaps.binary_search_by_key(&key, |known| known.key).is_ok()
+    }
+
+    /// Whether pair `index` is due only within the short reach.
+    #[inline]
+    pub fn waits(&self, index: usize) -> bool {
+        self.bounds[index].waits
+    }
+
+    /// The pairs that wait and are apart, and whose known gap these ways of the odometers can use up; with the gap, m.
+    pub fn waiting(&self, ways: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        self.bounds.iter().enumerate().filter_map(|(index, bound)| {
+            let (a, b) = (bound.slots.0 as usize, bound.slots.1 as usize);
+            let gap = bound.until - (self.odometer[a] + self.odometer[b]);
+            (bound.waits && gap > 0.0 && gap <= ways[a] + ways[b]).then_some((index, gap))
+        })
     }
 
     /// Neither shape of pair `index` moves: the pair is not checked until one of them is reactivated.
@@ -206,6 +216,12 @@ impl DistanceCache {
         self.bounds[index].until = distance + self.ways(index);
     }
 
+    /// The same for a pair that has not been due.
+    pub fn set_bound_early(&mut self, index: usize, distance: f64) {
+        self.set_bound(index, distance);
+        self.quiet = 0.0;
+    }
+
     /// Known gap of pair `index`, m, and the pose of B in A's frame when it was found; 0 if unknown.
     pub fn gap(&self, index: usize) -> (f64, Pose) {
         let KnownGap { gap, a_from_b, .. } = self.gaps[index];
@@ -231,9 +247,38 @@ impl DistanceCache {
     }
 }
 
+/// Writes the odometers `ahead` by the `reach` of these speeds; the largest growth, m.
+#[inline]
+fn look_ahead(odometers: &[f64], speeds: &[f64], ahead: &mut [f64], reach: impl Fn(f64) -> f64) -> f64 {
+    let grow = |((odometer, speed), ahead): ((&f64, &f64), &mut f64)| {
+        let now = odometer + reach(*speed);
+        let grown = now - *ahead;
+        *ahead = now;
+        grown
+    };
+    let larger = |most: &mut f64, x: f64| *most = if x > *most { x } else { *most };
+    // Four abreast: the order of a maximum does not matter.
+    let mut most = [0.0; 4];
+    let (odometers, last_odometers) = odometers.as_chunks::<4>();
+    let (speeds, last_speeds) = speeds.as_chunks::<4>();
+    let (ahead, last_ahead) = ahead.as_chunks_mut::<4>();
+    for ((odometer, speed), ahead) in odometers.iter().zip(speeds).zip(ahead) {
+        for k in 0..4 {
+            larger(&mut most[k], grow(((&odometer[k], &speed[k]), &mut ahead[k])));
+        }
+    }
+    for last in last_odometers.iter().zip(last_speeds).zip(last_ahead) {
+        larger(&mut most[0], grow(last));
+    }
+    most.into_iter().fold(0.0, f64::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// No pair waits.
+    const NONE: Option<fn(f64) -> f64> = None;
 
     /// Indices of the due pairs.
     fn due(cache: &mut DistanceCache) -> Vec<usize> {
@@ -246,18 +291,18 @@ mod tests {
     fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
         let mut cache = DistanceCache::default();
         cache.clear(3);
-        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| (0, false));
         let reach = [0.5, 0.0, 1.0];
-        cache.travel(&[0.0; 3], &reach, |speed| speed);
+        cache.travel(&[0.0; 3], &reach, |speed| speed, NONE);
         assert_eq!(due(&mut cache), [0, 1, 2]);
         cache.set_bound(0, 2.0);
         cache.set_bound(1, 2.0);
         assert_eq!(due(&mut cache), [2]);
-        cache.travel(&[0.25, 0.5, 0.5], &reach, |speed| speed);
+        cache.travel(&[0.25, 0.5, 0.5], &reach, |speed| speed, NONE);
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
         assert_eq!((due(&mut cache), cache.slack(0)), (vec![1, 2], 1.25));
         // Known gaps survive a new list; new pairs are checked.
-        cache.follow(&[(0, 1), (1, 1)], |_| 0);
+        cache.follow(&[(0, 1), (1, 1)], |_| (0, false));
         assert_eq!((due(&mut cache), cache.slack(0)), (vec![1], 1.25));
         cache.forget();
         assert_eq!(due(&mut cache), [0, 1]);
@@ -267,8 +312,8 @@ mod tests {
     fn a_pair_at_rest_is_looked_at_when_one_of_it_is_roused() {
         let mut cache = DistanceCache::default();
         cache.clear(3);
-        cache.follow(&[(0, 1), (1, 2)], |_| 0);
-        cache.travel(&[0.0; 3], &[1.0; 3], |speed| speed);
+        cache.follow(&[(0, 1), (1, 2)], |_| (0, false));
+        cache.travel(&[0.0; 3], &[1.0; 3], |speed| speed, NONE);
         assert_eq!(due(&mut cache), [0, 1]);
         cache.deactivate(0);
         cache.deactivate(1);
@@ -276,7 +321,7 @@ mod tests {
         cache.reactivate(|shape| shape == 2);
         assert_eq!((due(&mut cache), cache.key(1)), (vec![1], (1, 2)));
         // A new list does not wake pairs at rest.
-        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| 0);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], |_| (0, false));
         assert_eq!(due(&mut cache), [1, 2]);
     }
 
@@ -287,7 +332,7 @@ mod tests {
         let keys: Vec<_> = (0..shapes).flat_map(|a| (a + 1..shapes).map(move |b| (a, b))).collect();
         let mut cache = DistanceCache::default();
         cache.clear(shapes as usize);
-        cache.follow(&keys, |_| 0);
+        cache.follow(&keys, |_| (0, false));
         // Speeds that change, with some bursts.
         let speed = |shape: u32, step: u32| {
             let phase = f64::from(shape * 7 + step) * 0.37;
@@ -297,7 +342,7 @@ mod tests {
         for step in 0..1000 {
             let [ways, speeds] =
                 [step, step + 1].map(|step| (0..shapes).map(|shape| speed(shape, step)).collect::<Vec<_>>());
-            cache.travel(&ways, &speeds, |speed| 2.0 * speed);
+            cache.travel(&ways, &speeds, |speed| 2.0 * speed, NONE);
             let all: Vec<_> = (0..keys.len())
                 .filter(|&k| cache.bounds[k].until <= cache.sum_ahead(&cache.bounds[k]))
                 .collect();
@@ -306,5 +351,28 @@ mod tests {
             all.iter().for_each(|&k| cache.set_bound(k, 0.1 + 0.05 * k as f64));
         }
         assert!(0 < found && watched < 1000 * keys.len(), "{found} found, {watched} watched");
+    }
+
+    #[test]
+    fn a_pair_that_waits_is_due_within_the_short_reach_and_listed_within_other_ways() {
+        let mut cache = DistanceCache::default();
+        cache.clear(3);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], |key| (0, key != (0, 2)));
+        for (index, gap) in [1.0, 1.0, 0.0].into_iter().enumerate() {
+            cache.set_bound(index, gap);
+        }
+        cache.travel(&[0.0; 3], &[0.6; 3], |speed| speed, Some(|speed| speed - 0.2));
+        // A gap of 1 m: the full reach of both uses it up, the short one does not.
+        assert_eq!(due(&mut cache), [1, 2]);
+        assert_eq!((cache.waits(0), cache.waits(1)), (true, false));
+        assert_eq!(cache.waiting(&[0.6, 0.3, 0.3]).count(), 0);
+        // One that is not watched and joins is found in the next step.
+        cache.set_bound(0, 1e3);
+        assert_eq!(due(&mut cache), [1, 2]);
+        cache.set_bound_early(0, 0.5);
+        assert_eq!(due(&mut cache), [0, 1, 2]);
+        cache.set_bound(0, 1.0);
+        // What touches does not wait any more.
+        assert_eq!(cache.waiting(&[0.6; 3]).collect::<Vec<_>>(), [(0, 1.0)]);
     }
 }

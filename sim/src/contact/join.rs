@@ -42,7 +42,7 @@ impl Contacts {
                 if let Some(gap) =
                     still_separated(None, (&mut *distances, index), (a, b), &a_from_b, reach.reachable)
                 {
-                    distances.set_bound(index, gap);
+                    distances.set_bound_early(index, gap);
                     return None;
                 }
                 let mut pair = Pair::new(key);
@@ -50,7 +50,7 @@ impl Contacts {
                 if pair.manifold.points.is_empty() {
                     return None;
                 }
-                distances.set_bound(index, 0.0);
+                distances.set_bound_early(index, 0.0);
                 pairs.insert(place, pair);
                 for contact in self.pairs.iter_mut().filter(|contact| contact.pair >= place) {
                     contact.pair += 1;

@@ -10,6 +10,9 @@
 //! A step that changes the speed of no point by more than `w/2h` hits nothing, since all that is left out is farther than `w + h u`
 //! by the speeds u at the start: most steps end here.
 //!
+//! Pairs of the hand with itself and with furniture are not even listed before that ([`DistanceCache::waiting`]): their island is
+//! known, and the changes of the links' speeds tell which of them a step can reach.
+//!
 //! What is hit joins with the full reach, and the island is solved again. Left out is only what presses softly on bodies that are
 //! awake: rebounds are found before a step is solved, and a body wakes before it.
 
@@ -19,7 +22,6 @@ use super::motion::speed;
 use super::reach::SHORT_M;
 use crate::anchor::Anchor;
 use crate::bounds::DISTANCE_WORK;
-use crate::config::Config;
 use crate::contact::distance_cache::DistanceCache;
 use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Model, Owner};
@@ -62,7 +64,7 @@ pub(super) struct LeftPoint {
 /// All that a step leaves out.
 #[derive(Clone, Debug, Default)]
 pub struct LeftOuts {
-    /// In the order of the near pairs.
+    /// In the order of the near pairs; those that waited are behind them.
     pub list: Vec<LeftOut>,
     pub(super) points: Vec<LeftPoint>,
 }
@@ -75,7 +77,7 @@ impl LeftOuts {
 
     /// Leaves out the shapes of pair `index`, which have at least this gap, m.
     #[inline]
-    pub(super) fn shapes(&mut self, index: usize, gap: f64) {
+    pub(crate) fn shapes(&mut self, index: usize, gap: f64) {
         self.list.push(LeftOut { index, what: What::Shapes(gap), joined: false });
     }
 
@@ -184,6 +186,7 @@ impl Ends<'_> {
 
 /// Whether a step may leave out what is beyond its short reach. The step of an undamped hand has stages, each with its own search
 /// for contacts.
-pub(super) fn leaves_out(model: &Model, config: &Config) -> bool {
-    config.from_rest(false) > SHORT_M && !model.undamped_hand()
+#[inline]
+pub(crate) fn leaves_out(model: &Model) -> bool {
+    model.config().from_rest(false) > SHORT_M && !model.undamped_hand()
 }

@@ -162,7 +162,7 @@ impl Contacts {
         self.pairs.clear();
         self.points.clear();
         self.left_out.clear();
-        let may_leave = leaves_out(model, config);
+        let may_leave = leaves_out(model);
         self.struck = false;
         let mut spent = distances.count() as u64;
         // Near pairs and remembered ones have the same order. So the memory of the present pair is at `place`,
@@ -190,14 +190,17 @@ impl Contacts {
                 && a.restitution.max(b.restitution) == 0.0
                 && bodies.takes_part(a.owner)
                 && bodies.takes_part(b.owner);
+            let listed = may_leave && !distances.waits(index);
             if may_leave && slack > widest.shortened().reachable {
-                self.left_out.shapes(index, slack);
+                if listed {
+                    self.left_out.shapes(index, slack);
+                }
                 continue;
             }
             let full = bodies.reach((i, a), (j, b), shapes.poses, speeds);
             let reach = if may_leave { full.shortened() } else { full };
             if slack > reach.reachable {
-                if slack <= full.reachable {
+                if listed && slack <= full.reachable {
                     self.left_out.shapes(index, slack);
                 }
                 continue;
@@ -219,7 +222,7 @@ impl Contacts {
                         pairs.remove(place);
                     }
                     distances.set_bound(index, gap);
-                    if may_leave && gap <= full.reachable {
+                    if listed && gap <= full.reachable {
                         self.left_out.shapes(index, gap);
                     }
                 }

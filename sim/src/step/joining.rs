@@ -9,7 +9,7 @@ use super::resolve_scratch::Joining;
 use super::work::Work;
 use crate::contact::bodies::Bodies;
 use crate::contact::collide::Collision;
-use crate::contact::left_out::{Ends, LeftOut};
+use crate::contact::left_out::{Ends, LeftOut, leaves_out};
 use crate::contact::narrow_phase::Shapes;
 use crate::contact::reach::SHORT_M;
 use crate::model::{Model, Owner};
@@ -139,11 +139,30 @@ fn change(model: &Model, work: &mut Work, island: &Island, v: &[f64], start: &[f
 fn find_hit(model: &Model, state: &State, work: &mut Work, island: &Island, v: &[f64], start: &[f64]) {
     work.joining.hit.clear();
     let h = model.config().step_s;
-    if island.left_out.is_empty() || 2.0 * h * change(model, work, island, v, start) <= SHORT_M {
+    let nothing = island.left_out.is_empty() && !(island.hand && leaves_out(model));
+    if nothing || 2.0 * h * change(model, work, island, v, start) <= SHORT_M {
         return;
     }
     let Work { joining, collision, dynamics, outcome, .. } = work;
-    let Joining { v: ends, links, speeds, hit, .. } = joining;
+    let Joining { v: ends, links, changes, ways, speeds, hit } = joining;
+    let Collision { contacts, poses, distances, motion, .. } = collision;
+    let left_out = &mut contacts.left_out;
+    let first = left_out.list.len();
+    if island.hand {
+        let shapes = model.colliders();
+        ways.clear();
+        ways.extend(motion.speeds.iter().enumerate().map(|(slot, speed)| {
+            let change = match shapes[slot % shapes.len()].owner {
+                Owner::Link(i) => changes[i],
+                Owner::Static | Owner::Object(_) => 0.0,
+            };
+            h * (speed + change)
+        }));
+        distances.waiting(ways).for_each(|(index, gap)| left_out.shapes(index, gap));
+    }
+    if island.left_out.is_empty() && left_out.list.len() == first {
+        return;
+    }
     ends.resize(state.v.len(), 0.0);
     let mut at = 0;
     if let (true, Some(hand)) = (island.hand, model.hand()) {
@@ -154,14 +173,12 @@ fn find_hit(model: &Model, state: &State, work: &mut Work, island: &Island, v: &
         ends[model.object_dofs(k)..][..6].copy_from_slice(&v[at..at + 6]);
         at += 6;
     }
-    let Collision { contacts, poses, distances, motion, .. } = collision;
     speeds.clear();
     speeds.resize(motion.speeds.len(), -1.0);
     let origin = dynamics.kin.origin;
     let mut ends = Ends { model, v: ends, links, origin, objects: &state.objects, poses, speeds };
-    let left_out = &contacts.left_out;
     let is_hit = |k: &usize| ends.hit(left_out.list[*k], (left_out, distances), &mut outcome.work);
-    hit.extend(island.left_out.iter().copied().filter(is_hit));
+    hit.extend(island.left_out.iter().copied().chain(first..left_out.list.len()).filter(is_hit));
 }
 
 /// Lets an entry of the list join, with all that is left out of its pair; the index of its contact.

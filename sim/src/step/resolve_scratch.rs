@@ -32,6 +32,8 @@ pub(crate) struct Joining {
     pub(super) links: Vec<SpatialVelocity>,
     /// Per link: bound of the change of its speed.
     pub(super) changes: Vec<f64>,
+    /// Per odometer: bound of the way that its shape may have come nearer in the step, m.
+    pub(super) ways: Vec<f64>,
     /// Bounds of the speeds of the shapes with it.
     pub(super) speeds: Vec<f64>,
     /// Entries of the list that are hit.
