@@ -18,7 +18,7 @@ fn hulls_hold_on_slopes_up_to_the_critical_one() {
 
 #[test]
 fn flush_slabs_are_as_one() {
-    at_most("internal_edges", &STEPS.map(|dt| (dt, 1.0)));
+    at_most("internal_edges", &[0.25e-3, 1e-3, 8e-3].map(|dt| (dt, 1.0)));
 }
 
 #[test]

@@ -88,7 +88,7 @@ pub const SCENES: &[Scene] = &[
     flat!("tip_or_slide", 0.5),
     flat!("hull_on_ground", 0.1),
     flat!("hull_on_slope", 1e-3),
-    flat!("internal_edges", 1.0),
+    flat!("internal_edges", 1.0).until(8e-3),
     flat!("touching_faces", 1e-6),
     flat!("slow_start", 1.0),
     flat!("patch_spin", 5.0).until(8e-3),
