@@ -44,7 +44,7 @@ pub(super) fn map(rows: &[&Row]) -> String {
          <title>Distance of each case to its bound at each step</title>\n{STYLE}\n<rect class=\"b\" width=\"{whole}\" \
          height=\"{height}\"/>\n"
     );
-    legend(&mut svg);
+    legend(&mut svg, rows.first().map_or(1, |row| row.points.len().max(1)));
     for (line, row) in rows.iter().enumerate() {
         let y = ABOVE + LINE * (line as f64 + 0.75);
         let _ = writeln!(
@@ -85,8 +85,8 @@ fn cells(rows: &[&Row], kind: usize) -> String {
     path
 }
 
-/// The colours, and the steps above the columns.
-fn legend(svg: &mut String) {
+/// The colours, and the steps above the middles of `columns`.
+fn legend(svg: &mut String, columns: usize) {
     let entry = |svg: &mut String, k: usize, stroke: &str, text: &str| {
         let x = NAMES + 76.0 * k as f64;
         let _ = writeln!(
@@ -108,15 +108,8 @@ fn legend(svg: &mut String) {
     let (low, high) = RANGE_S;
     for dt_s in [0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3] {
         let part = libm::log(dt_s / low) / libm::log(high / low);
-        let anchor = if part == 0.0 {
-            "start"
-        } else if part < 1.0 {
-            "middle"
-        } else {
-            "end"
-        };
-        let x = NAMES + WIDTH * part;
-        let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"36\" text-anchor=\"{anchor}\">{}</text>", 1e3 * dt_s);
+        let x = NAMES + WIDTH * (part * (columns as f64 - 1.0) + 0.5) / columns as f64;
+        let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"36\" text-anchor=\"middle\">{}</text>", 1e3 * dt_s);
     }
 }
 

@@ -66,9 +66,14 @@ pub(super) fn page(record: &str, rows: &[Row], map: Option<&str>) -> String {
         }
         text += "\n";
     }
+    let (near, far): (Vec<&Row>, Vec<&Row>) = within.iter().partition(|row| distance(row) >= LEAST);
     text += "## Within the bounds\n\n| case | largest distance | at, ms | median | stand out, ms (distance) |\n|---|---|---|---|---|\n";
-    for row in &within {
+    for row in &near {
         let _ = writeln!(text, "{} {} |", figures(row), stand_out(&row.claimed()));
+    }
+    if !far.is_empty() {
+        let names: Vec<String> = far.iter().map(|row| format!("`{}`", row.scene.name)).collect();
+        let _ = writeln!(text, "\nNever farther than {LEAST}: {}.", names.join(", "));
     }
     let partly: Vec<&&Row> = sorted.iter().filter(|row| !row.unclaimed().is_empty()).collect();
     if !partly.is_empty() {
@@ -121,8 +126,8 @@ fn stand_out(points: &[Point]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::scene;
     use crate::sweep::tests::made_up;
+    use crate::sweep::{scene, steps};
 
     fn row(case: &str, points: Vec<Point>) -> Row {
         Row { scene: scene(case).expect("a scene"), points }
@@ -150,5 +155,8 @@ mod tests {
         let text = page("record", &[row("top_momentum", points)], None);
         assert!(text.contains("1 of 1 cases are within") && !text.contains("## Beyond"), "{text}");
         assert!(text.contains("| `top_momentum` | 0.25 to 8 | 7.000 | 16.000 | 1 of 10 |"), "{text}");
+        let exact = steps(9).into_iter().map(|dt_s| Point { dt_s, figure: 0.0, bound: 1.0 }).collect();
+        let text = page("record", &[row("free_flight", exact)], None);
+        assert!(text.contains("Never farther than 0.01: `free_flight`."), "{text}");
     }
 }
