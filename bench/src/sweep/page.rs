@@ -39,7 +39,7 @@ pub(super) fn page(record: &str, rows: &[Row], map: Option<&str>) -> String {
     let (beyond, within): (Vec<&Row>, Vec<&Row>) = sorted.iter().partition(|row| distance(row) > 1.0);
     let mut text = format!(
         "# Distance to the bound at every step\n\nWritten by `palmares-bench sweep`; do not edit.\n\n{record}\n\n\
-         The gates of the physics play a case at two to six steps. Here each case with a bound is played at {count} steps from {low} \
+         The gates of the physics play a case at a few steps. Here each case with a bound is played at {count} steps from {low} \
          to {high} ms. The steps have equal ratios, so that nearly none divides a round time.\n\n\
          The distance is the error of the case as a part of its bound: 0 is exact, 1 is at the bound, and more is beyond it. \
          Between two steps of the gates the bound is on the straight line of the logarithms. A step at which a run fails, or at \
