@@ -1,6 +1,6 @@
 //! `palmares-bench`: runs a case, prints its speed and its error.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use palmares_bench::cases;
 use palmares_bench::cases::grasp::Placement;
@@ -9,11 +9,9 @@ use palmares_bench::engine::OwnFactory;
 use palmares_bench::record::{Record, list};
 use palmares_bench::rigs;
 use palmares_bench::robust::{self, heaps, placements};
-use palmares_bench::sweep;
+use palmares_bench::sweep::SweepOptions;
 use palmares_models::builtin::builtin_hands;
 use palmares_tasks::identity;
-use std::fs;
-use std::path::PathBuf;
 
 /// Cases of the physics with known answers. `palmares-compare` plays them on other engines.
 #[derive(Parser)]
@@ -86,21 +84,6 @@ struct RobustOptions {
     time: f64,
 }
 
-#[derive(Args)]
-struct SweepOptions {
-    /// Names of the cases; all with a bound if none is given.
-    names: Vec<String>,
-    /// Number of steps from 0.25 to 16 ms.
-    #[arg(long, default_value_t = 200)]
-    steps: usize,
-    /// Start of the scenes, as of `case`.
-    #[arg(long, default_value_t = 0)]
-    start: u32,
-    /// Write the page to this file instead, anew after each case.
-    #[arg(long)]
-    write: Option<PathBuf>,
-}
-
 fn main() -> Result<()> {
     match Arguments::parse().command {
         Command::List => {
@@ -125,34 +108,9 @@ fn main() -> Result<()> {
         }
         Command::Pages { write } => list::check(write),
         Command::Robust(options) => robust(&options),
-        Command::Sweep(options) => sweep(&options),
+        Command::Sweep(options) => options.run(),
         Command::Case(options) => options.run(&OwnFactory),
     }
-}
-
-fn sweep(options: &SweepOptions) -> Result<()> {
-    for name in &options.names {
-        ensure!(sweep::SCENES.iter().any(|scene| scene.name == name), "no gate bounds a case `{name}`");
-    }
-    let wanted = |scene: &&sweep::Scene| {
-        options.names.is_empty() || options.names.iter().any(|name| name == scene.name)
-    };
-    let scenes: Vec<_> = sweep::SCENES.iter().filter(wanted).collect();
-    let steps_s = sweep::steps(options.steps);
-    let mut page = sweep::head(steps_s.len(), options.start);
-    for (k, scene) in scenes.iter().enumerate() {
-        eprintln!("{} of {}: {}", k + 1, scenes.len(), scene.name);
-        let line = sweep::line(scene.name, &sweep::play(scene, &steps_s, options.start)?);
-        eprint!("{line}");
-        page += &line;
-        if let Some(path) = &options.write {
-            fs::write(path, &page).with_context(|| format!("{} cannot be written", path.display()))?;
-        }
-    }
-    if options.write.is_none() {
-        print!("{page}");
-    }
-    Ok(())
 }
 
 fn robust(options: &RobustOptions) -> Result<()> {

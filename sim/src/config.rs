@@ -43,7 +43,8 @@ pub struct Config {
     /// defaults.
     pub de_saxce_deadband: f64,
     /// The term uses the slip before the step. Where this lagged slip puts a surface `μ |Δv_t| (h + τ)`
-    /// farther off than this, m, the step is solved again with the new slip. Usual: 1e-5 to 1e-4. With larger
+    /// farther off than this, m, the step is solved again with the new slip; that of a lone object is off by
+    /// this much then, without a jump. Usual: 1e-5 to 1e-4. With larger
     /// values objects hop when they begin to slide; with smaller ones steps are solved twice for nothing.
     pub de_saxce_tolerance_m: f64,
     /// The same tolerance for contacts of the hand, m: in a hand some contact begins to slide at nearly every

@@ -57,6 +57,7 @@ pub(crate) fn error(report: &CaseReport) -> f64 {
 
 /// Runs a case at steps, s; every step converges, and the figure is at most the bound of its step.
 pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<CaseReport> {
+    claims(case, bounds.iter().map(|(dt_s, _)| *dt_s));
     let run = |&(dt_s, most): &(f64, f64)| {
         let report = report(case, dt_s);
         converged(&report);
@@ -68,6 +69,17 @@ pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<CaseReport> {
         report
     };
     bounds.iter().map(run).collect()
+}
+
+/// A sweep claims a case from the shortest to the longest step of its gate, within its own range.
+pub(crate) fn claims(case: &str, steps_s: impl IntoIterator<Item = f64>) {
+    let Some(scene) = sweep::scene(case) else { return };
+    let (shortest, longest) = steps_s
+        .into_iter()
+        .fold((f64::INFINITY, 0.0f64), |(low, high), dt_s| (low.min(dt_s), high.max(dt_s)));
+    let (from_s, to_s) = sweep::RANGE_S;
+    let played = (shortest.max(from_s), longest.min(to_s));
+    assert_eq!(played, scene.claimed_s, "the sweep claims other steps of {case} than its gate plays");
 }
 
 /// Energy that appeared from nowhere or, where a case says so, its largest change is at most `most_j`.

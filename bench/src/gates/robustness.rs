@@ -1,11 +1,12 @@
 //! Scenes that break simulators hold at every step length.
 
-use super::{at_most, converged, gains, report, within};
+use super::{at_most, claims, converged, gains, report, within};
 
 const STEPS: [f64; 6] = [0.25e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3];
 
 #[test]
 fn deep_overlaps_part_slowly() {
+    claims("deep_overlap", STEPS);
     for dt in STEPS {
         let report = report("deep_overlap", dt);
         converged(&report);

@@ -2,7 +2,7 @@
 
 use super::{at_most, gains};
 
-const STEPS: [f64; 3] = [0.25e-3, 1e-3, 8e-3];
+const STEPS: [f64; 4] = [0.25e-3, 1e-3, 8e-3, 16e-3];
 
 #[test]
 fn tension_changes_at_a_guide_by_the_capstan_law() {

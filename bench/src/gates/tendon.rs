@@ -4,7 +4,7 @@ use super::{at_most, converged, error, gains, report};
 
 #[test]
 fn a_blocked_joint_leaves_the_others_to_the_closed_form() {
-    at_most("syn_joint_blocked", &[0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3].map(|dt| (dt, 1e-8)));
+    at_most("syn_joint_blocked", &[0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3].map(|dt| (dt, 1e-8)));
 }
 
 #[test]

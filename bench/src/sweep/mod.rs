@@ -1,13 +1,18 @@
 //! Sweeps of the step: the figure of a case at many steps beside its bound, so that no step between those of the gates hides
-//! an outcome of its own, and no wide bound hides an outlier.
+//! an outcome of its own, and no wide bound hides an outlier. The page is docs/report/steps.md.
 
+mod command;
+mod finished;
+mod map;
+mod page;
+mod reasons;
 mod scenes;
 
+pub use command::SweepOptions;
 pub use scenes::{SCENES, Scene};
 
 use crate::cases::{Setup, run};
 use anyhow::{Result, bail};
-use std::fmt::Write;
 
 /// Shortest and longest step of a sweep, s.
 pub const RANGE_S: (f64, f64) = (0.25e-3, 16e-3);
@@ -33,8 +38,39 @@ pub struct Point {
 impl Point {
     /// The figure as a part of the bound. A bound of 0 allows nothing else.
     pub fn of_bound(&self) -> f64 {
-        if self.figure == 0.0 { 0.0 } else { self.figure.abs() / self.bound }
+        match self.figure.abs() {
+            0.0 => 0.0,
+            // Even where the run that failed has not told its bound.
+            f64::INFINITY => f64::INFINITY,
+            figure => figure / self.bound,
+        }
     }
+}
+
+/// A case at all steps of a sweep.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The case.
+    pub scene: &'static Scene,
+    /// Its points, by steps.
+    pub points: Vec<Point>,
+}
+
+impl Row {
+    /// Points at the steps of its gate.
+    pub fn claimed(&self) -> Vec<Point> {
+        self.points.iter().filter(|point| self.scene.claims(point.dt_s)).copied().collect()
+    }
+
+    /// Points at other steps.
+    pub fn unclaimed(&self) -> Vec<Point> {
+        self.points.iter().filter(|point| !self.scene.claims(point.dt_s)).copied().collect()
+    }
+}
+
+/// The point nearest to its bound, or farthest beyond.
+fn worst(points: &[Point]) -> Option<Point> {
+    points.iter().copied().max_by(|a, b| a.of_bound().total_cmp(&b.of_bound()))
 }
 
 /// Steps from the shortest to the longest in equal ratios, s.
@@ -44,10 +80,15 @@ pub fn steps(count: usize) -> Vec<f64> {
     (0..count.max(2)).map(|k| low * libm::pow(high / low, ratio(k))).collect()
 }
 
+/// The scene of a case.
+pub fn scene(case: &str) -> Option<&'static Scene> {
+    SCENES.iter().find(|scene| scene.name == case)
+}
+
 /// Bound of a case at a step: between two of its gates' steps on the straight line of the logarithms, beyond them that of the
 /// nearest. `None` if no gate bounds its figure.
 pub fn bound(case: &str, dt_s: f64) -> Option<f64> {
-    let scene = SCENES.iter().find(|scene| scene.name == case)?;
+    let scene = scene(case)?;
     let &(first, last) = (scene.bounds.first().zip(scene.bounds.last())).as_ref()?;
     if let Some((_, exact)) = scene.bounds.iter().find(|(at, _)| *at == dt_s) {
         return Some(*exact);
@@ -65,29 +106,26 @@ pub fn bound(case: &str, dt_s: f64) -> Option<f64> {
     Some(a * libm::pow(b / a, part))
 }
 
-/// Plays a case at steps.
+/// Plays a case at a step.
 ///
 /// # Errors
-/// The case is unknown, or no gate bounds it.
-pub fn play(scene: &Scene, steps_s: &[f64], start: u32) -> Result<Vec<Point>> {
-    let mut points = Vec::new();
-    for &dt_s in steps_s {
-        let setup = Setup { start, ..Setup::own(dt_s) };
-        let played = run(scene.name, &setup).map(|(report, _)| report);
-        let within = played.as_ref().ok().and_then(|report| report.error.within);
-        let Some(bound) = bound(scene.name, dt_s).or(within) else {
-            match played {
-                Ok(_) => bail!("{} has no bound", scene.name),
-                // Its bound comes with its report.
-                Err(error) => return Err(error),
-            }
-        };
-        let sound =
-            played.ok().filter(|report| report.invariants.newton_unconverged.is_none_or(|it| it == 0));
-        let figure = sound.and_then(|report| report.error.value).filter(|it| it.is_finite());
-        points.push(Point { dt_s, figure: figure.unwrap_or(f64::INFINITY), bound });
-    }
-    Ok(points)
+/// No gate bounds the case.
+pub fn play(scene: &Scene, dt_s: f64, start: u32) -> Result<Point> {
+    let setup = Setup { start, ..Setup::own(dt_s) };
+    let report = match run(scene.name, &setup) {
+        Ok((report, _)) => report,
+        Err(error) => {
+            eprintln!("{} at {:.4} ms fails: {error:#}", scene.name, 1e3 * dt_s);
+            let bound = bound(scene.name, dt_s).unwrap_or(1.0);
+            return Ok(Point { dt_s, figure: f64::INFINITY, bound });
+        }
+    };
+    let Some(bound) = bound(scene.name, dt_s).or(report.error.within) else {
+        bail!("{} has no bound", scene.name);
+    };
+    let converged = report.invariants.newton_unconverged.is_none_or(|it| it == 0);
+    let figure = report.error.value.filter(|it| converged && it.is_finite());
+    Ok(Point { dt_s, figure: figure.unwrap_or(f64::INFINITY), bound })
 }
 
 /// The points that stand out among their neighbours.
@@ -103,36 +141,6 @@ pub fn outliers(points: &[Point]) -> Vec<Point> {
     (0..points.len()).filter(stands_out).map(|k| points[k]).collect()
 }
 
-/// Head of the page.
-pub fn head(count: usize, start: u32) -> String {
-    let (low, high) = RANGE_S;
-    format!(
-        "# Sweep of the step\n\n`palmares-bench sweep --steps {count} --start {start}`: every case at {count} steps from {} to {} ms. A part of \
-         the bound of more than 1 breaks it. An outlier is {OUTLIER} times the median of its {} neighbours, and at least {LEAST} of \
-         the bound.\n\n\
-         | case | largest part of the bound | at, ms | median | beyond | outliers at, ms |\n|---|---|---|---|---|---|\n",
-        low * 1e3,
-        high * 1e3,
-        2 * NEIGHBOURS
-    )
-}
-
-/// The line of a case.
-pub fn line(name: &str, points: &[Point]) -> String {
-    let mut parts: Vec<f64> = points.iter().map(Point::of_bound).collect();
-    parts.sort_by(f64::total_cmp);
-    let worst = points.iter().max_by(|a, b| a.of_bound().total_cmp(&b.of_bound()));
-    let (most, at) = worst.map_or((0.0, 0.0), |point| (point.of_bound(), point.dt_s));
-    let median = parts.get(parts.len() / 2).copied().unwrap_or(0.0);
-    let beyond = points.iter().filter(|point| point.of_bound() > 1.0).count();
-    let mut line =
-        format!("| `{name}` | {most:.3} | {:.4} | {median:.3} | {beyond} of {} |", at * 1e3, points.len());
-    for point in outliers(points) {
-        let _ = write!(line, " {:.4} ({:.2})", point.dt_s * 1e3, point.of_bound());
-    }
-    line + " |\n"
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,7 +153,7 @@ mod tests {
     }
 
     /// A figure that grows with the step and has one bad step, hidden by a wide bound.
-    fn made_up(bad: Option<usize>) -> Vec<Point> {
+    pub(super) fn made_up(bad: Option<usize>) -> Vec<Point> {
         let point = |(k, dt_s): (usize, f64)| {
             let figure = if bad == Some(k) { 0.7 } else { 5.0 * dt_s };
             Point { dt_s, figure, bound: 1.0 }
@@ -158,8 +166,6 @@ mod tests {
         for bad in [0, 3, 30, 59] {
             let points = made_up(Some(bad));
             assert_eq!(outliers(&points), vec![points[bad]]);
-            let text = line("made_up", &points);
-            assert!(text.contains("| 0 of 60 |") && text.contains("(0.70)"), "{text}");
         }
         assert_eq!(outliers(&made_up(None)), vec![]);
     }
@@ -169,7 +175,7 @@ mod tests {
         let mut points = made_up(None);
         points[20].figure = f64::INFINITY;
         assert_eq!(outliers(&points), vec![points[20]]);
-        assert!(line("made_up", &points).contains("| 1 of 60 |"));
+        assert_eq!(worst(&points), Some(points[20]));
     }
 
     #[test]
@@ -182,13 +188,26 @@ mod tests {
     }
 
     #[test]
+    fn steps_beyond_the_gate_are_not_claimed() {
+        let palm = scene("turning_palm").expect("a scene");
+        assert!(palm.claims(0.25e-3) && palm.claims(8e-3) && !palm.claims(8.3e-3));
+        let steps = steps(200);
+        let all = scene("free_flight").expect("a scene");
+        assert!(steps.iter().all(|&dt_s| all.claims(dt_s)));
+    }
+
+    #[test]
     fn every_scene_is_a_case_and_is_played_beside_its_bound() {
         for scene in SCENES {
             assert!(crate::cases::all().any(|case| case.name == scene.name), "{}", scene.name);
             assert!(scene.bounds.windows(2).all(|pair| pair[0].0 < pair[1].0), "{}", scene.name);
+            let (low, high) = scene.claimed_s;
+            assert!(RANGE_S.0 <= low && low <= high && high <= RANGE_S.1, "{}", scene.name);
         }
-        let scene = SCENES.iter().find(|scene| scene.name == "dead_impact").expect("it is one");
-        let points = play(scene, &[1e-3, 8e-3], 0).expect("it is played");
-        assert!(points.iter().all(|point| point.of_bound() <= 1.0), "{points:?}");
+        let dead = scene("dead_impact").expect("it is one");
+        for dt_s in [1e-3, 8e-3] {
+            let point = play(dead, dt_s, 0).expect("it is played");
+            assert!(point.of_bound() <= 1.0, "{point:?}");
+        }
     }
 }

@@ -1,16 +1,20 @@
 //! The scenes of a sweep with the bounds of their gates. A gate of such a case fails if its bound is another one.
 
-/// A case and its bounds.
+use super::RANGE_S;
+
+/// A case, its bounds and the steps at which they are claimed.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
     /// Name of the case.
     pub name: &'static str,
     /// Steps, s, ascending, and the bound of the figure there. Without any the case states its bound itself.
     pub bounds: &'static [(f64, f64)],
+    /// Shortest and longest step of its gate, s, within the range of a sweep: the bounds hold from the one to the other.
+    pub claimed_s: (f64, f64),
 }
 
 const fn at(name: &'static str, bounds: &'static [(f64, f64)]) -> Scene {
-    Scene { name, bounds }
+    Scene { name, bounds, claimed_s: RANGE_S }
 }
 
 /// A bound for every step.
@@ -18,6 +22,20 @@ macro_rules! flat {
     ($name:literal, $most:expr) => {
         at($name, &[(1e-3, $most)])
     };
+}
+
+impl Scene {
+    /// Its gate ends at this step.
+    const fn until(self, longest_s: f64) -> Self {
+        Scene { claimed_s: (self.claimed_s.0, longest_s), ..self }
+    }
+
+    /// Whether its gate covers a step.
+    pub fn claims(&self, dt_s: f64) -> bool {
+        // A step of a sweep may be off by rounding.
+        let (low, high) = self.claimed_s;
+        (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(&dt_s)
+    }
 }
 
 /// Dry friction in second order: 2 % at 4 ms.
@@ -31,15 +49,15 @@ pub const SCENES: &[Scene] = &[
     flat!("glancing_weight", 1.0),
     flat!("passing_sleeve", 1e-6),
     flat!("passing_edge", 1e-6),
-    flat!("turning_palm", 1.0),
-    flat!("turning_palm_servo", 1.0),
+    flat!("turning_palm", 1.0).until(8e-3),
+    flat!("turning_palm_servo", 1.0).until(8e-3),
     flat!("turntable", 1e-3),
     flat!("turning_grip", 1e-3),
     flat!("slope_return", 1.0),
     at("roly_poly", &[(1e-3, 1.0), (4e-3, 10.0), (8e-3, 10.0), (16e-3, 20.0)]),
     flat!("asleep_presses", 0.1),
     flat!("ball_spin", 1e-6),
-    flat!("top_momentum", 0.1),
+    flat!("top_momentum", 0.1).until(8e-3),
     flat!("coin_rim", 0.5),
     flat!("rim_kinds", 0.5),
     flat!("rim_place", 1e-6),
@@ -66,14 +84,14 @@ pub const SCENES: &[Scene] = &[
     flat!("incline_sphere", 0.03),
     flat!("bowling", 0.01),
     at("rolling_box_balls", &[(1e-3, 2e-9), (4e-3, 2e-8), (16e-3, 5e-7)]),
-    at("slide_stop", &[(1e-3, 0.05), (8e-3, 0.2)]),
+    at("slide_stop", &[(1e-3, 0.05), (8e-3, 0.2)]).until(8e-3),
     flat!("tip_or_slide", 0.5),
     flat!("hull_on_ground", 0.1),
     flat!("hull_on_slope", 1e-3),
-    flat!("internal_edges", 1.0),
+    flat!("internal_edges", 1.0).until(8e-3),
     flat!("touching_faces", 1e-6),
     flat!("slow_start", 1.0),
-    flat!("patch_spin", 5.0),
+    flat!("patch_spin", 5.0).until(8e-3),
     flat!("round_tips", 5.0),
     flat!("disc_contensou", 5.0),
     flat!("capstan", 1.0),

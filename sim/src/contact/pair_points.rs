@@ -9,6 +9,10 @@ use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{
     ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, TrackedContact,
 };
+use parry3d_f64::shape::Shape as ConvexShape;
+
+/// Way of a ball's centre from a surface that shows on which side the surface is, m.
+const NEARER_M: f64 = 1e-6;
 
 /// Like [`manifold::separating_axis`], for any shapes but a ground.
 pub(super) fn separating_axis(
@@ -82,10 +86,34 @@ fn find_point(
     let supported = DefaultQueryDispatcher
         .contact_manifold_convex_convex(a_from_b, on_a.0, on_b.0, None, None, margin, manifold);
     debug_assert!(supported.is_ok(), "every convex shape has a contact algorithm with a ball");
+    face_outwards(manifold, [&*on_a.0, &*on_b.0], a_from_b);
     for point in &mut manifold.points {
         point.local_p1 += manifold.local_n1 * on_a.1;
         point.local_p2 += manifold.local_n2 * on_b.1;
         point.dist -= on_a.1 + on_b.1;
+    }
+}
+
+/// A ball's centre that lies exactly on a surface has no direction from it. There parry's normal is that away from the shape's
+/// origin, or towards it, and the ball would be led through the shape. It becomes that of a ball a micrometre nearer to the middle.
+#[inline]
+fn face_outwards(manifold: &mut ContactManifold<(), Anchor>, [a, b]: [&dyn ConvexShape; 2], a_from_b: &Pose) {
+    let Some(point) = manifold.points.first_mut() else { return };
+    let flipped = a.as_ball().is_some();
+    let (shape, ball) = if flipped { (b, a) } else { (a, b) };
+    let (Some(ball), None) = (ball.as_ball(), shape.as_ball()) else { return };
+    if point.dist != -ball.radius {
+        return;
+    }
+    let shape_from_ball = if flipped { a_from_b.inverse() } else { *a_from_b };
+    let center = shape_from_ball.translation;
+    let nearer = center.move_towards(shape.compute_local_aabb().center(), NEARER_M);
+    let out = (shape.project_local_point(nearer, false).point - nearer).normalize_or(Vec3::Z);
+    let inwards = shape_from_ball.rotation.inverse() * -out;
+    if flipped {
+        (manifold.local_n1, manifold.local_n2, point.local_p1) = (inwards, out, inwards * ball.radius);
+    } else {
+        (manifold.local_n1, manifold.local_n2, point.local_p2) = (out, inwards, inwards * ball.radius);
     }
 }
 
@@ -167,6 +195,29 @@ mod tests {
             model.add_static("shape", &shape, Pose::IDENTITY, 0.5).expect("it fits");
         }
         model.colliders().to_vec()
+    }
+
+    #[test]
+    fn a_ball_whose_centre_is_on_a_surface_is_led_out() {
+        let shapes = colliders();
+        let (round, ball) = (&shapes[0], &shapes[2]);
+        let turned = Rotation::from_rotation_x(0.7);
+        // The faces of the inner box.
+        for (sharp, out) in [(0.026, Vec3::X), (0.016, -Vec3::Y), (0.006, Vec3::Z)] {
+            let place = Pose::from_parts(out * sharp + (Vec3::ONE - out.abs()) * 1e-3, turned);
+            for flipped in [false, true] {
+                let (mut found, there) = (ContactManifold::new(), place.inverse());
+                let (a, b, place) = if flipped { (ball, round, &there) } else { (round, ball, &place) };
+                find_point(&mut found, a, b, place, 0.01);
+                let (point, normal) =
+                    (found.points[0], if flipped { found.local_n2 } else { found.local_n1 });
+                assert!((normal - out).length() < 1e-9, "{out}, {flipped}: {normal}");
+                assert!((point.dist + 0.0065 + 0.004).abs() < 1e-12, "{out}: {}", point.dist);
+                let (on_a, on_b) = (point.local_p1, place.transform_point(point.local_p2));
+                let apart = (on_b - on_a).dot(found.local_n1);
+                assert!((apart - point.dist).abs() < 1e-9, "{out}, {flipped}: {apart} {}", point.dist);
+            }
+        }
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub(super) fn settle(
     let config = model.config();
     let alone = island.is_lone_object();
     for pass in 0.. {
-        let finer = finer(config, pass);
+        let finer = finer(config, pass, alone);
         let is_over = finer.is_none() && !(alone && pass < REBOUND_PASSES);
         if is_over || !correct(config, &work.collision.contacts, island, problem, finer) {
             return;
@@ -44,12 +44,12 @@ pub(super) fn settle(
 }
 
 /// Divisor of the term's tolerance in the `pass`-th check of a step, from 0 on; `None` if the step is not to
-/// be solved again for the term.
-fn finer(config: &Config, pass: usize) -> Option<f64> {
+/// be solved again for the term. Only a lone object's first check is as fine as the later ones.
+fn finer(config: &Config, pass: usize, alone: bool) -> Option<f64> {
     let harder = (config.contact_stiffness / SOFT_STIFFNESS).max(1.0);
     // The logarithm only where it is needed: most steps end before.
     let is_due = pass < PASSES || pass < PASSES + libm::log10(harder).ceil() as usize;
-    is_due.then_some(if pass == 0 { 1.0 } else { harder })
+    is_due.then_some(if pass == 0 && !alone { 1.0 } else { harder })
 }
 
 #[cfg(test)]
@@ -65,8 +65,10 @@ mod tests {
             (1e7, vec![1.0, 50.0, 50.0, 50.0]),
         ] {
             let config = Config { contact_stiffness: stiffness, ..Config::default() };
-            let found: Vec<f64> = (0..).map_while(|pass| finer(&config, pass)).collect();
-            assert_eq!(found, divisors, "{stiffness}");
+            let found = |alone| (0..).map_while(|pass| finer(&config, pass, alone)).collect::<Vec<f64>>();
+            assert_eq!(found(false), divisors, "{stiffness}");
+            assert_eq!(found(true)[1..], divisors[1..], "{stiffness}");
+            assert_eq!(found(true)[0], divisors[1], "{stiffness}");
         }
     }
 }

@@ -14,12 +14,13 @@ use std::thread;
 type Make = fn(&DeclaredPart, &Tools) -> Result<()>;
 
 /// The parts by name.
-pub(super) const COMMANDS: [(&str, Make); 13] = [
+pub(super) const COMMANDS: [(&str, Make); 14] = [
     ("report", report),
     ("further", report),
     ("hand_scenes", report),
     ("search", search),
     ("grasps", grasps),
+    ("sweep", sweep),
     ("validation", validation),
     ("cameras", cameras),
     ("throughput", throughput),
@@ -120,6 +121,16 @@ fn grasps(part: &DeclaredPart, tools: &Tools) -> Result<()> {
 /// README.md and docs/physics.md say what the reports say.
 fn claims(tools: &Tools) -> Result<()> {
     played(tools.compare()?.args(["claims", "--write"]))
+}
+
+fn sweep(part: &DeclaredPart, tools: &Tools) -> Result<()> {
+    let mut sweep = tools.bench();
+    sweep.arg("sweep").arg("--write").arg(page(part, tools)?);
+    if tools.quick {
+        sweep.args(["bowling", "top_momentum", "--steps", "5"]);
+        sweep.arg("--runs").arg(tools.folder.join("quick-sweep.jsonl"));
+    }
+    played(&mut sweep)
 }
 
 fn validation(part: &DeclaredPart, tools: &Tools) -> Result<()> {
