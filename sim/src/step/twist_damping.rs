@@ -3,7 +3,7 @@
 //! A ball that rests on a small patch turns about its normal as an inertia I, kg m², on the anchor's spring `k_t a²`, N m/rad, with the
 //! arm a, m. The damper of the anchor is critical for a mass, not for this turn: its ratio is `ω τ/2` with `ω = a √(k_t/I)`, about a
 //! fiftieth for a ball of 4 cm, which would ring for a second. A patch of real bodies loses that motion at once in the micro-slip
-//! along its rim (Mindlin and Deresiewicz 1953). So the twist is damped critically,
+//! along its rim (Mindlin and Deresiewicz 1953). So its way back is damped critically,
 //!
 //! `c = 2 √(k_t a² I)`, N m s,
 //!
@@ -36,8 +36,8 @@ pub(super) fn shift(input: &Input<'_>, pair: &ContactPair, point: &ContactPoint,
             }
         }
     }
-    // Links turn with their joints, which have dampers of their own.
-    if yielding == 0.0 {
+    // Friction alone stops a spin: only the way back is damped. Links turn with their joints, which have dampers of their own.
+    if point.anchor.twist * rate >= 0.0 || yielding == 0.0 {
         return 0.0;
     }
     let config = model.config();
