@@ -4,6 +4,7 @@
 use super::drive::Drive;
 use super::slip_correction::{de_saxce, nearness, rest_target};
 use super::torque_free::free_turn;
+use super::twist_damping;
 use crate::actuation::{base, elastic};
 use crate::config::Config;
 use crate::contact::narrow_phase::{ContactPair, Contacts};
@@ -54,7 +55,7 @@ pub(super) fn assemble(input: &Input<'_>, island: &Island, h: f64, problem: &mut
     for &k in &island.objects {
         assemble_object(input, k, h, problem, v);
     }
-    assemble_contacts(input.model, input.contacts, island, problem);
+    assemble_contacts(input, island, problem);
 }
 
 fn assemble_hand(input: &Input<'_>, h: f64, problem: &mut Problem, v: &mut Vec<f64>) {
@@ -115,9 +116,11 @@ fn assemble_object(input: &Input<'_>, k: usize, h: f64, problem: &mut Problem, v
 /// Laws of the contact points. The step of a contact is always the full one, even if the hand's is shorter
 /// (BDF2): a hand in contact is stepped by implicit Euler.
 #[inline(never)]
-fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, problem: &mut Problem) {
+fn assemble_contacts(input: &Input<'_>, island: &Island, problem: &mut Problem) {
+    let Input { model, contacts, .. } = input;
     let config = model.config();
     let (h, tau) = (config.step_s, config.contact_dissipation_s);
+    let tangential = h * config.anchor_stiffness * (h + tau);
     problem.pairs.clear();
     problem.points.clear();
     for &index in &island.pairs {
@@ -125,8 +128,6 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
         let first = problem.points.len();
         let (mut load, mut patch) = (0.0, false);
         for point in &contacts.points[pair.points.clone()] {
-            let tau = tau.max(point.anchor.struck_s);
-            let tangential = h * config.anchor_stiffness * (h + tau);
             let [t1, t2] = point.tangents;
             let axes = [t1, t2, point.normal];
             let (rest, tau_n) = rest_target(config, pair, point);
@@ -157,7 +158,10 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
             let flattened = pair.spin.map_or(0.0, |spin| spin.arm(point.anchor.bearing));
             let law = if point.rebound.is_none() && (point.arm > 0.0 || flattened > 0.0) {
                 let arm = (point.arm * point.arm + flattened * flattened).sqrt();
-                law.with_spin(arm, -point.anchor.twist / (h + tau))
+                // The points of a patch are held by each other's slip.
+                let damped =
+                    if flattened > 0.0 { twist_damping::shift(input, pair, point, arm) } else { 0.0 };
+                law.with_spin(arm, -point.anchor.twist / (h + tau) - damped)
             } else {
                 law
             };

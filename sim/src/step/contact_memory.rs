@@ -92,7 +92,7 @@ pub(super) fn remember(
 /// axes.
 #[inline(always)]
 pub(super) fn bearing(config: &Config, point: &Point, before: &Anchor, h: f64) -> Anchor {
-    let tau = config.contact_dissipation_s.max(before.struck_s);
+    let tau = config.contact_dissipation_s;
     let [t1, t2, normal] = point.axes;
     let [g1, g2, gn, gs] = point.impulse;
     let mut friction = t1 * g1 + t2 * g2;
@@ -109,8 +109,12 @@ pub(super) fn bearing(config: &Config, point: &Point, before: &Anchor, h: f64) -
     if slip > 0.0 {
         stretch = stretch_sliding(stretch, friction, config.anchor_stiffness, h);
     }
-    let twist = if spins { stretch.dot(normal) } else { 0.0 };
+    let mut twist = if spins { stretch.dot(normal) } else { 0.0 };
     let stretch = if spins { stretch - normal * twist } else { stretch };
+    if spins && slip == 0.0 {
+        // The impulse is also that of `twist_damping`.
+        twist = before.twist + h * point.velocity[3];
+    }
     let normal_force = gn / h;
     let bearing = before.bearing_after(normal_force, h);
     let struck_s = before.struck_s;

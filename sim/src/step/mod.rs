@@ -40,6 +40,7 @@ mod slip_passes;
 mod solve;
 mod support_transfer;
 mod torque_free;
+mod twist_damping;
 mod work;
 mod workspace;
 
