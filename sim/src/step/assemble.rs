@@ -120,7 +120,6 @@ fn assemble_contacts(input: &Input<'_>, island: &Island, problem: &mut Problem) 
     let Input { model, contacts, .. } = input;
     let config = model.config();
     let (h, tau) = (config.step_s, config.contact_dissipation_s);
-    let tangential = h * config.anchor_stiffness * (h + tau);
     problem.pairs.clear();
     problem.points.clear();
     for &index in &island.pairs {
@@ -128,6 +127,8 @@ fn assemble_contacts(input: &Input<'_>, island: &Island, problem: &mut Problem) 
         let first = problem.points.len();
         let (mut load, mut patch) = (0.0, false);
         for point in &contacts.points[pair.points.clone()] {
+            let tau = tau.max(point.anchor.struck_s);
+            let tangential = h * config.anchor_stiffness * (h + tau);
             let [t1, t2] = point.tangents;
             let axes = [t1, t2, point.normal];
             let (rest, tau_n) = rest_target(config, pair, point);
@@ -160,7 +161,7 @@ fn assemble_contacts(input: &Input<'_>, island: &Island, problem: &mut Problem) 
                 let arm = (point.arm * point.arm + flattened * flattened).sqrt();
                 // The points of a patch are held by each other's slip.
                 let damped =
-                    if flattened > 0.0 { twist_damping::shift(input, pair, point, arm) } else { 0.0 };
+                    if flattened > 0.0 { twist_damping::shift(input, pair, point, (arm, tau)) } else { 0.0 };
                 law.with_spin(arm, -point.anchor.twist / (h + tau) - damped)
             } else {
                 law

@@ -92,7 +92,7 @@ pub(super) fn remember(
 /// axes.
 #[inline(always)]
 pub(super) fn bearing(config: &Config, point: &Point, before: &Anchor, h: f64) -> Anchor {
-    let tau = config.contact_dissipation_s;
+    let tau = config.contact_dissipation_s.max(before.struck_s);
     let [t1, t2, normal] = point.axes;
     let [g1, g2, gn, gs] = point.impulse;
     let mut friction = t1 * g1 + t2 * g2;

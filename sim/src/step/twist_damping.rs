@@ -17,8 +17,13 @@ use crate::model::Owner;
 /// The largest part of a turn's rate that the damping of one contact takes in a step: it uses the rate before the step.
 const MOST: f64 = 0.1;
 
-/// Velocity by which the damping shifts the target of spin, m/s at the arm, m.
-pub(super) fn shift(input: &Input<'_>, pair: &ContactPair, point: &ContactPoint, arm: f64) -> f64 {
+/// Velocity by which the damping shifts the target of spin, m/s at the arm, m, of an anchor with dissipation time τ, s.
+pub(super) fn shift(
+    input: &Input<'_>,
+    pair: &ContactPair,
+    point: &ContactPoint,
+    (arm, tau): (f64, f64),
+) -> f64 {
     if !point.anchor.loaded || point.anchor.slip > 0.0 {
         return 0.0;
     }
@@ -43,7 +48,7 @@ pub(super) fn shift(input: &Input<'_>, pair: &ContactPair, point: &ContactPoint,
     let config = model.config();
     let h = config.step_s;
     let stiffness = config.anchor_stiffness * arm * arm;
-    let own = stiffness * (h + config.contact_dissipation_s);
+    let own = stiffness * (h + tau);
     let critical = 2.0 * (stiffness / yielding).sqrt();
     let more = (critical - own).clamp(0.0, MOST / (yielding * h));
     arm * rate * more / own
