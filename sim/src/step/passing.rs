@@ -60,14 +60,10 @@ pub(super) fn leave_out(
         }
     }
     if !passing.left_out.is_empty() {
+        passing.rejoined.clear();
         passing.targets.clear();
         passing.targets.extend(problem.points.iter().map(|point| point.law.target));
-        for &k in &passing.left_out {
-            let solved = &problem.pairs[k];
-            for point in &mut problem.points[solved.first..solved.end] {
-                point.law.target[2] = f64::NEG_INFINITY;
-            }
-        }
+        passing.left_out.iter().for_each(|&k| open(problem, k));
     }
     for pass in 0..=PASSES {
         if passing.left_out.is_empty() {
@@ -77,8 +73,8 @@ pub(super) fn leave_out(
         if let (true, Some(hand)) = (island.hand, model.hand()) {
             work.dynamics.kin.velocities(hand, &v[..problem.hand_dofs], &mut passing.links);
         }
-        let Passing { left_out, targets, links } = &mut passing;
-        let count = left_out.len();
+        let Passing { left_out, rejoined, targets, links } = &mut passing;
+        let before = rejoined.len();
         left_out.retain(|&k| {
             let pair = &work.collision.contacts.pairs[island.pairs[k]];
             let motion = |owner| match owner {
@@ -91,10 +87,26 @@ pub(super) fn leave_out(
                 for point in solved.first..solved.end {
                     problem.points[point].law.target = targets[point];
                 }
+                rejoined.push(k);
             }
             !meet
         });
-        if left_out.len() == count {
+        // Without them, others that bore nothing in the first solution may carry force.
+        let kept = left_out.len();
+        if pass < PASSES {
+            for (k, &index) in island.pairs.iter().enumerate() {
+                let pair = &work.collision.contacts.pairs[index];
+                if acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s))
+                    && !left_out[..kept].contains(&k)
+                    && !rejoined.contains(&k)
+                    && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
+                {
+                    left_out.push(k);
+                }
+            }
+            left_out[kept..].iter().for_each(|&k| open(problem, k));
+        }
+        if rejoined.len() == before && left_out.len() == kept {
             break;
         }
         if left_out.is_empty() {
@@ -103,6 +115,14 @@ pub(super) fn leave_out(
     }
     work.outcome.work += spent;
     work.passing = passing;
+}
+
+/// Lets the `k`-th pair of a problem bear nothing.
+fn open(problem: &mut Problem, k: usize) {
+    let solved = &problem.pairs[k];
+    for point in &mut problem.points[solved.first..solved.end] {
+        point.law.target[2] = f64::NEG_INFINITY;
+    }
 }
 
 /// Whether the `k`-th pair of a problem bore nothing and carries force, and only across a gap of more than

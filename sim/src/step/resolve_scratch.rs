@@ -19,6 +19,8 @@ pub(crate) struct Passing {
     /// Indices of left out pairs in the island, with the targets of their points before.
     pub(super) left_out: Vec<usize>,
     pub(super) targets: Vec<[f64; 4]>,
+    /// Pairs that have been left out and take part again.
+    pub(super) rejoined: Vec<usize>,
     /// Velocities of the links in the solution, at the base's origin.
     pub(super) links: Vec<SpatialVelocity>,
 }
