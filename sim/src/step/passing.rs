@@ -70,11 +70,31 @@ pub(super) fn leave_out(
             break;
         }
         solve(model, work, problem, newton, v);
+        // Without them, others that bore nothing in the first solution may carry force: before that is settled, no motion counts.
+        for _ in 0..PASSES {
+            let Passing { left_out, rejoined, .. } = &mut passing;
+            let kept = left_out.len();
+            for (k, &index) in island.pairs.iter().enumerate() {
+                let pair = &work.collision.contacts.pairs[index];
+                if acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s))
+                    && !left_out[..kept].contains(&k)
+                    && !rejoined.contains(&k)
+                    && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
+                {
+                    left_out.push(k);
+                }
+            }
+            if left_out.len() == kept {
+                break;
+            }
+            left_out[kept..].iter().for_each(|&k| open(problem, k));
+            solve(model, work, problem, newton, v);
+        }
         if let (true, Some(hand)) = (island.hand, model.hand()) {
             work.dynamics.kin.velocities(hand, &v[..problem.hand_dofs], &mut passing.links);
         }
         let Passing { left_out, rejoined, targets, links } = &mut passing;
-        let before = rejoined.len();
+        let count = left_out.len();
         left_out.retain(|&k| {
             let pair = &work.collision.contacts.pairs[island.pairs[k]];
             let motion = |owner| match owner {
@@ -91,22 +111,7 @@ pub(super) fn leave_out(
             }
             !meet
         });
-        // Without them, others that bore nothing in the first solution may carry force.
-        let kept = left_out.len();
-        if pass < PASSES {
-            for (k, &index) in island.pairs.iter().enumerate() {
-                let pair = &work.collision.contacts.pairs[index];
-                if acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s))
-                    && !left_out[..kept].contains(&k)
-                    && !rejoined.contains(&k)
-                    && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
-                {
-                    left_out.push(k);
-                }
-            }
-            left_out[kept..].iter().for_each(|&k| open(problem, k));
-        }
-        if rejoined.len() == before && left_out.len() == kept {
+        if left_out.len() == count {
             break;
         }
         if left_out.is_empty() {
