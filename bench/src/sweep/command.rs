@@ -1,7 +1,9 @@
 //! The command `sweep`.
 
 use super::finished::Finished;
-use super::{Point, Row, SCENES, Scene, map, outliers, page, play, scene, steps, worst};
+use super::played::{Point, Row, outliers, play, scene, steps, worst};
+use super::scenes::{SCENES, Scene};
+use super::{map, page};
 use crate::machine;
 use crate::record::Record;
 use anyhow::{Context, Result, ensure};

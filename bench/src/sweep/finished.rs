@@ -1,6 +1,7 @@
 //! Finished runs of a sweep, kept in a file: a sweep that is stopped goes on from there.
 
-use super::{Point, Scene};
+use super::played::Point;
+use super::scenes::Scene;
 use anyhow::{Context, Result};
 use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
@@ -90,7 +91,7 @@ impl Finished {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::scene;
+    use crate::sweep::played::scene;
 
     #[test]
     fn runs_of_the_commit_are_known_after_a_stop() {

@@ -1,6 +1,7 @@
 //! The map of a sweep, as SVG: a line for each case, a column for each step, and a colour for the distance to the bound.
 
-use super::{Point, RANGE_S, Row};
+use super::played::{Point, Row};
+use super::scenes::RANGE_S;
 use std::fmt::Write;
 
 /// Colours by the largest distance of each; the last is beyond the bound. They differ in lightness as well.
@@ -116,8 +117,8 @@ fn legend(svg: &mut String, columns: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::scene;
-    use crate::sweep::tests::made_up;
+    use crate::sweep::played::scene;
+    use crate::sweep::played::tests::made_up;
 
     #[test]
     fn each_distance_has_its_colour_and_what_is_not_claimed_has_none_of_them() {

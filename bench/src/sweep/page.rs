@@ -1,7 +1,8 @@
 //! The page of a sweep.
 
+use super::played::{LEAST, NEIGHBOURS, OUTLIER, Point, Row, outliers, worst};
 use super::reasons::reason;
-use super::{LEAST, NEIGHBOURS, OUTLIER, Point, RANGE_S, Row, outliers, worst};
+use super::scenes::RANGE_S;
 use std::fmt::Write;
 
 /// A part of a bound in few digits.
@@ -126,8 +127,8 @@ fn stand_out(points: &[Point]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::tests::made_up;
-    use crate::sweep::{scene, steps};
+    use crate::sweep::played::tests::made_up;
+    use crate::sweep::played::{scene, steps};
 
     fn row(case: &str, points: Vec<Point>) -> Row {
         Row { scene: scene(case).expect("a scene"), points }

@@ -20,7 +20,7 @@ pub(super) fn reason(case: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::scene;
+    use crate::sweep::played::scene;
 
     #[test]
     fn reasons_are_of_scenes() {

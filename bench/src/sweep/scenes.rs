@@ -1,6 +1,7 @@
 //! The scenes of a sweep with the bounds of their gates. A gate of such a case fails if its bound is another one.
 
-use super::RANGE_S;
+/// Shortest and longest step of a sweep, s.
+pub const RANGE_S: (f64, f64) = (0.25e-3, 16e-3);
 
 /// A case, its bounds and the steps at which they are claimed.
 #[derive(Clone, Copy, Debug)]

@@ -117,7 +117,7 @@ fn assemble_object(input: &Input<'_>, k: usize, h: f64, problem: &mut Problem, v
 /// (BDF2): a hand in contact is stepped by implicit Euler.
 #[inline(never)]
 fn assemble_contacts(input: &Input<'_>, island: &Island, problem: &mut Problem) {
-    let Input { model, contacts, .. } = input;
+    let Input { model, state, dynamics, contacts, .. } = input;
     let config = model.config();
     let (h, tau) = (config.step_s, config.contact_dissipation_s);
     problem.pairs.clear();
@@ -160,8 +160,11 @@ fn assemble_contacts(input: &Input<'_>, island: &Island, problem: &mut Problem) 
             let law = if point.rebound.is_none() && (point.arm > 0.0 || flattened > 0.0) {
                 let arm = (point.arm * point.arm + flattened * flattened).sqrt();
                 // The points of a patch are held by each other's slip.
-                let damped =
-                    if flattened > 0.0 { twist_damping::shift(input, pair, point, (arm, tau)) } else { 0.0 };
+                let damped = if flattened > 0.0 {
+                    twist_damping::shift((model, state, dynamics), pair, point, (arm, tau))
+                } else {
+                    0.0
+                };
                 law.with_spin(arm, -point.anchor.twist / (h + tau) - damped)
             } else {
                 law

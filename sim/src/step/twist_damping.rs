@@ -10,16 +10,17 @@
 //! with 1/I the sum over the bodies that are objects. The part of c beyond the anchor's own takes the rate at the start of the step; it
 //! is within the cone of friction like the rest, and acts only where the contact stuck in the step before.
 
-use super::assemble::Input;
 use crate::contact::narrow_phase::{ContactPair, ContactPoint};
-use crate::model::Owner;
+use crate::dynamics::hand::HandDynamics;
+use crate::model::{Model, Owner};
+use crate::state::State;
 
 /// The largest part of a turn's rate that the damping of one contact takes in a step: it uses the rate before the step.
 const MOST: f64 = 0.1;
 
 /// Velocity by which the damping shifts the target of spin, m/s at the arm, m, of an anchor with dissipation time τ, s.
 pub(super) fn shift(
-    input: &Input<'_>,
+    (model, state, dynamics): (&Model, &State, &HandDynamics),
     pair: &ContactPair,
     point: &ContactPoint,
     (arm, tau): (f64, f64),
@@ -27,7 +28,6 @@ pub(super) fn shift(
     if !point.anchor.loaded || point.anchor.slip > 0.0 {
         return 0.0;
     }
-    let Input { model, state, dynamics, .. } = input;
     let normal = point.normal;
     let (mut yielding, mut rate) = (0.0, 0.0);
     for (owner, sign) in [(pair.a, -1.0), (pair.b, 1.0)] {
