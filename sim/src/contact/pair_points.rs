@@ -86,7 +86,7 @@ fn find_point(
     let supported = DefaultQueryDispatcher
         .contact_manifold_convex_convex(a_from_b, on_a.0, on_b.0, None, None, margin, manifold);
     debug_assert!(supported.is_ok(), "every convex shape has a contact algorithm with a ball");
-    face_outwards(manifold, [&*on_a.0, &*on_b.0], a_from_b);
+    face_outwards(manifold, [on_a.0, on_b.0], a_from_b);
     for point in &mut manifold.points {
         point.local_p1 += manifold.local_n1 * on_a.1;
         point.local_p2 += manifold.local_n2 * on_b.1;
