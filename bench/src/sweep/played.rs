@@ -140,7 +140,7 @@ pub(super) mod tests {
     }
 
     /// A figure that grows with the step and has one bad step, hidden by a wide bound.
-    pub fn made_up(bad: Option<usize>) -> Vec<Point> {
+    pub(crate) fn made_up(bad: Option<usize>) -> Vec<Point> {
         let point = |(k, dt_s): (usize, f64)| {
             let figure = if bad == Some(k) { 0.7 } else { 5.0 * dt_s };
             Point { dt_s, figure, bound: 1.0 }
