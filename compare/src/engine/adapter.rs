@@ -15,8 +15,6 @@ pub struct Adapter {
     pub engine: &'static str,
     /// Surfaces that rebound.
     restitution: bool,
-    /// Surfaces that rebound on those that do not.
-    unlike_restitution: bool,
     /// A hand whose base nothing holds any more.
     free_base: bool,
     /// Forces on a hand from outside.
@@ -25,21 +23,11 @@ pub struct Adapter {
 
 impl Adapter {
     /// rapier's.
-    pub const RAPIER: Adapter = Adapter {
-        engine: "rapier",
-        restitution: true,
-        unlike_restitution: false,
-        free_base: true,
-        pushes: true,
-    };
+    pub const RAPIER: Adapter =
+        Adapter { engine: "rapier", restitution: true, free_base: true, pushes: true };
     /// MuJoCo's.
-    pub const MUJOCO: Adapter = Adapter {
-        engine: "mujoco",
-        restitution: false,
-        unlike_restitution: false,
-        free_base: false,
-        pushes: false,
-    };
+    pub const MUJOCO: Adapter =
+        Adapter { engine: "mujoco", restitution: false, free_base: false, pushes: false };
     /// All.
     pub const ALL: [Adapter; 2] = [Adapter::RAPIER, Adapter::MUJOCO];
 
@@ -50,8 +38,6 @@ impl Adapter {
     pub fn takes(&self, model: &Model) -> Result<(), NotPlayed> {
         let hand = |has: fn(&Hand) -> bool| model.hand().is_some_and(|hand| has(hand));
         let rebounds = model.colliders().iter().any(|collider| collider.restitution > 0.0);
-        // rapier takes the mean of two coefficients, ours the larger.
-        let unlike = model.colliders().windows(2).any(|pair| pair[0].restitution != pair[1].restitution);
         self.all_but(&[
             (
                 hand(|it| it.tendons.iter().any(|tendon| !tendon.elements.is_empty())),
@@ -63,7 +49,6 @@ impl Adapter {
             ),
             (hand(|it| it.motors.iter().any(|motor| motor.slows())), "motors that a load slows"),
             (rebounds && !self.restitution, "restitution"),
-            (unlike && !self.unlike_restitution, "restitution between unlike surfaces"),
         ])
     }
 

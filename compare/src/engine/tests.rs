@@ -56,5 +56,6 @@ fn a_scene_that_an_adapter_does_not_pass_on_is_not_played() {
     let ended = task("bounce_zeno").play::<Played>(kind, 4e-3, 60.0).expect("no child is needed");
     let failure = ended.expect_err("it is refused before MuJoCo is started");
     assert!(failure.not_played && !failure.unfinished, "{failure:?}");
-    assert!(run("newton_cradle", &Setup::new(rapier.factory(), 4e-3)).is_ok(), "rapier gets restitution");
+    // On the floor, which has e = 0, the ball keeps its own 0.8: it bounces six times and more.
+    assert!(run("bounce_zeno", &Setup::new(rapier.factory(), 4e-3)).is_ok(), "rapier gets restitution");
 }
