@@ -1,11 +1,11 @@
 //! Plays a [`Task`] within a limit of time: in this process or, where the engine cannot be interrupted within a step, in a
 //! child process of this program, which ends when its time is over.
 
-use crate::engine::EngineKind;
+use crate::engine::{EngineKind, NotPlayed};
 use crate::played::Played;
 use crate::trials::family::{Family, HandKind, Trial};
 use crate::trials::play::play;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use palmares_bench::cases::{self, Setup};
 use palmares_bench::engine::limit::{self, NotFinished};
 use serde::de::DeserializeOwned;
@@ -63,11 +63,14 @@ pub struct Failure {
     pub said: String,
     /// Whether the run only did not end in its time.
     pub unfinished: bool,
+    /// Whether the engine's adapter does not pass on what the scene needs.
+    pub not_played: bool,
 }
 
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
-        Failure { said: format!("{error:#}"), unfinished: error.is::<NotFinished>() }
+        let (unfinished, not_played) = (error.is::<NotFinished>(), error.is::<NotPlayed>());
+        Failure { said: format!("{error:#}"), unfinished, not_played }
     }
 }
 
@@ -128,7 +131,7 @@ impl Request {
                 Some(status) if status.code() == Some(limit::EXIT_CODE) => {
                     anyhow::Error::new(NotFinished { allowed_s: self.limit_s }).into()
                 }
-                Some(status) => Failure { said: format!("the process ended ({status})"), unfinished: false },
+                Some(status) => anyhow!("the process ended ({status})").into(),
                 None => bail!("the child process has gone"),
             }))
         })

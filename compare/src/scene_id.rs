@@ -1,7 +1,7 @@
 //! Identity of what a case or a grasp asks of an engine: scenes and commands, without anyone's physics. An outcome of a peer
 //! stays valid as long as it does not change, whatever happens to our engine.
 
-use crate::engine::mujoco;
+use crate::engine::{Adapter, NotPlayed, mujoco};
 use crate::trials::family::Trial;
 use crate::trials::scene::scene;
 use anyhow::{Result, bail};
@@ -11,6 +11,7 @@ use palmares_bench::recorder::Recorder;
 use palmares_models::content::ContentHash;
 use palmares_sim::{Command, Model, State, StepOutcome};
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Step for which it is taken, s; the scenes of a case do not depend on the step.
@@ -23,15 +24,38 @@ const DIGITS: usize = 16;
 thread_local! {
     static HASH: RefCell<ContentHash> = RefCell::new(ContentHash::default());
     static HAND: Cell<bool> = const { Cell::new(false) };
+    static REFUSED: RefCell<BTreeMap<&'static str, NotPlayed>> = const { RefCell::new(BTreeMap::new()) };
 }
 
-/// Identity of a case, and whether it has a hand.
-pub fn of_case(case: &Case) -> (String, bool) {
+/// What a case asks of an engine.
+pub struct Asked {
+    /// Identity of its scenes and commands.
+    pub identity: String,
+    /// Whether it has a hand.
+    pub hand: bool,
+    /// Engines whose adapters do not play it, and why.
+    pub refused: BTreeMap<&'static str, NotPlayed>,
+}
+
+/// What a case asks of an engine.
+pub fn of_case(case: &Case) -> Asked {
     HASH.set(ContentHash::of(case.name));
     HAND.set(false);
+    REFUSED.take();
     // A case may end with an error, since nothing moves; so it does each time.
     let _ = (case.run)(&Setup::new(&Watcher, STEP_S), &mut Recorder::default());
-    (digits(HASH.take()), HAND.get())
+    Asked { identity: digits(HASH.take()), hand: HAND.get(), refused: REFUSED.take() }
+}
+
+/// Keeps the first reason of each adapter.
+fn ask(takes: impl Fn(&Adapter) -> Result<(), NotPlayed>) {
+    for adapter in Adapter::ALL {
+        if let Err(why) = takes(&adapter) {
+            REFUSED.with_borrow_mut(|all| {
+                all.entry(adapter.engine).or_insert(why);
+            });
+        }
+    }
 }
 
 /// Identity of a drawn grasp.
@@ -102,6 +126,7 @@ impl EngineFactory for Watcher {
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
         HASH.with_borrow_mut(|hash| begin(hash, &model, &state));
         HAND.set(HAND.get() || model.hand().is_some());
+        ask(|adapter| adapter.takes(&model));
         Ok(Box::new(Watched { model, state, said: String::new() }))
     }
 }
@@ -119,6 +144,7 @@ impl Engine for Watched {
         let said = format!("{command:?}");
         if said != self.said {
             HASH.with_borrow_mut(|hash| hash.text(&said));
+            ask(|adapter| adapter.obeys(&self.model, command));
             self.said = said;
         }
         Ok(Cost::default())
@@ -143,8 +169,12 @@ mod tests {
     use crate::trials::family::{Family, HandKind};
     use palmares_bench::cases;
 
+    fn asked(name: &str) -> Asked {
+        of_case(cases::all().find(|case| case.name == name).expect("there is such a case"))
+    }
+
     fn named(name: &str) -> String {
-        of_case(cases::all().find(|case| case.name == name).expect("there is such a case")).0
+        asked(name).identity
     }
 
     #[test]
@@ -160,9 +190,25 @@ mod tests {
 
     #[test]
     fn a_case_has_a_hand_or_none() {
-        let has_hand = |name: &str| of_case(cases::all().find(|case| case.name == name).expect("a case")).1;
-        assert!(has_hand("softhand_cylinder"));
-        assert!(!has_hand("slide_stop"));
+        assert!(asked("softhand_cylinder").hand);
+        assert!(!asked("slide_stop").hand);
+    }
+
+    #[test]
+    fn a_case_is_refused_by_the_adapters_that_do_not_pass_it_on() {
+        for (case, what) in [
+            ("bounce_zeno", "restitution"),
+            ("newton_cradle", "restitution"),
+            ("momentum_inelastic_hit", "a base servo that is switched off"),
+        ] {
+            let refused = asked(case).refused;
+            let why = NotPlayed(format!("its adapter does not pass on {what}"));
+            assert_eq!(refused, BTreeMap::from([("mujoco", why)]), "{case}");
+        }
+        for case in ["slide_stop", "softhand_cylinder"] {
+            assert_eq!(asked(case).refused, BTreeMap::new(), "{case}");
+        }
+        assert_eq!(asked("syn_push_locked_motor").refused.len(), 1, "MuJoCo gets no forces from outside");
     }
 
     #[test]

@@ -140,5 +140,5 @@ pub fn mimic_self_contact(setup: &Setup, recorder: &mut Recorder) -> Result<Find
         }
         failed += u32::from(engine.world().is_none_or(|world| world.fault().is_some()));
     }
-    Ok(recorder.finding(Figure::new("worlds of ten that fail", f64::from(failed), "")))
+    Ok(recorder.finding(Figure::bounded("worlds that fail", f64::from(failed), "of 10", 0.0)))
 }

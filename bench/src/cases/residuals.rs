@@ -138,7 +138,7 @@ fn residuals(setup: &Setup, recorder: &mut Recorder, heaps: u32) -> Result<Resid
 /// clutter.)
 pub fn contact_residuals(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let residuals = residuals(setup, recorder, 1)?;
-    Ok(recorder.finding(Figure::new("largest residual", residuals.worst, "")))
+    Ok(recorder.finding(Figure::new("largest residual", residuals.worst, "of it")))
 }
 
 /// Widest gap, mm, over which a contact of a falling heap carries force at the end of a step, in 1.5 s.

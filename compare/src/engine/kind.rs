@@ -1,11 +1,10 @@
 //! The engines that there are, each with its named settings.
 
 use super::option_set::{self, Dimension};
-use super::{mujoco, rapier};
+use super::{Adapter, mujoco, rapier};
 use anyhow::{Context, Result, bail, ensure};
 use palmares_bench::engine::limit::Limited;
 use palmares_bench::engine::{Engine, EngineFactory, OwnFactory};
-use palmares_models::hand::Hand;
 use palmares_sim::{Model, State};
 use parking_lot::Mutex;
 use std::collections::BTreeMap;
@@ -153,7 +152,7 @@ impl EngineFactory for rapier::Settings {
     }
 
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
-        has_constant_moment_arms(self.name(), &model)?;
+        Adapter::RAPIER.takes(&model)?;
         Ok(Box::new(Limited(Box::new(rapier::Rapier::new(model, state, self)?))))
     }
 }
@@ -168,20 +167,7 @@ impl EngineFactory for mujoco::Settings {
     }
 
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
-        has_constant_moment_arms(self.name(), &model)?;
+        Adapter::MUJOCO.takes(&model)?;
         Ok(Box::new(Limited(Box::new(mujoco::MuJoCo::new(model, state, self)?))))
     }
-}
-
-fn has_constant_moment_arms(engine: &str, model: &Model) -> Result<()> {
-    let bent = |hand: &Arc<Hand>| hand.tendons.iter().any(|tendon| !tendon.elements.is_empty());
-    ensure!(!model.hand().is_some_and(bent), "{engine} has no tendons whose R depends on q");
-    let coupled = |hand: &Arc<Hand>| !(hand.springs.is_empty() && hand.linkages.is_empty());
-    ensure!(
-        !model.hand().is_some_and(coupled),
-        "{engine} gets no springs across joints and no closed chains"
-    );
-    let slowed = |hand: &Arc<Hand>| hand.motors.iter().any(|motor| motor.slows());
-    ensure!(!model.hand().is_some_and(slowed), "{engine} gets no motors that a load slows");
-    Ok(())
 }

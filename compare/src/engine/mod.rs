@@ -1,5 +1,6 @@
 //! Other engines that step our scenes.
 
+mod adapter;
 mod kind;
 pub mod mujoco;
 pub mod option_set;
@@ -7,4 +8,5 @@ pub mod rapier;
 #[cfg(test)]
 mod tests;
 
+pub use adapter::{Adapter, NotPlayed};
 pub use kind::EngineKind;

@@ -1,6 +1,8 @@
 //! The engines we are compared with simulate the same scenes.
 
 use super::{EngineKind, rapier};
+use crate::child::Task;
+use crate::played::Played;
 use palmares_bench::cases::{Setup, run, steps};
 use palmares_bench::rigs::softhand;
 use palmares_models::Pose;
@@ -44,4 +46,16 @@ fn unknown_names_are_refused_with_the_known_ones() {
     assert!(message.contains("known engines: own, rapier, mujoco"), "{message}");
     let message = EngineKind::from_names("mujoco", Some("stiff")).expect_err("refused").to_string();
     assert!(message.contains("known settings: default, ") && message.contains("stiff5"), "{message}");
+}
+
+#[test]
+fn a_scene_that_an_adapter_does_not_pass_on_is_not_played() {
+    let [kind, rapier] =
+        ["mujoco", "rapier"].map(|name| EngineKind::from_names(name, None).expect("it is known"));
+    let task = |name: &str| Task::Case { name: name.to_owned(), reference_dt_s: None, start: 0 };
+    let ended = task("bounce_zeno").play::<Played>(kind, 4e-3, 60.0).expect("no child is needed");
+    let failure = ended.expect_err("it is refused before MuJoCo is started");
+    assert!(failure.not_played && !failure.unfinished, "{failure:?}");
+    // On the floor, which has e = 0, the ball keeps its own 0.8: it bounces six times and more.
+    assert!(run("bounce_zeno", &Setup::new(rapier.factory(), 4e-3)).is_ok(), "rapier gets restitution");
 }

@@ -104,9 +104,9 @@ fn physics(reports: &[Comparison]) -> String {
     match (reports.is_empty(), out.is_empty()) {
         (true, _) => NOTHING.to_owned(),
         (false, true) => wrapped(&format!(
-            "In the {} comparisons that the engine of this version has played ([page](report/hands/README.md)), no peer is \
-             ahead with its named settings.",
-            all().count()
+            "In the {} comparisons that the engine of this version has played and that are decided \
+             ([page](report/hands/README.md)), no peer is ahead with its named settings.",
+            all().filter(|result| result.verdict() == Verdict::Won).count()
         )),
         (false, false) => out,
     }
@@ -158,19 +158,13 @@ fn table(report: &Comparison) -> String {
 
 /// The result of a peer in a scene.
 fn cell(result: &PeerResult) -> String {
-    let tried = result.steps_ms.len();
-    let unfinished = result.settings.iter().map(|outcome| outcome.unfinished).min().unwrap_or(0);
-    let ended = match unfinished {
-        0 => String::new(),
-        n => format!(", {n} unfinished"),
-    };
-    let Some(surest) = result.surest() else { return format!("0 of {tried}{ended}") };
+    let Some(surest) = result.surest() else { return result.steps() };
     let times = result.settings.iter().filter_map(|outcome| outcome.least_advantage).reduce(f64::min);
     let times = match result.verdict() {
         Verdict::Lost => format!("; ahead at {}", result.ahead()),
         _ => times.map_or(String::new(), |times| format!("; {times:.1} times")),
     };
-    format!("{} of {tried} with `{}`{ended}{times}", surest.done, surest.settings)
+    format!("{} with `{}`{times}", surest.steps(), surest.settings)
 }
 
 fn numbers(of: &[f64]) -> String {

@@ -2,7 +2,8 @@
 
 use super::peer_result::{PeerResult, Verdict};
 use super::ticks::Ticks;
-use crate::engine::EngineKind;
+use crate::engine::{EngineKind, NotPlayed};
+use crate::played::trouble;
 use palmares_bench::case_report::{Figure, Invariants, Times};
 use palmares_bench::record::Record;
 use serde::{Deserialize, Serialize};
@@ -151,6 +152,9 @@ pub struct Run {
     /// Whether it cannot be used because it did not end in its time.
     #[serde(default)]
     pub unfinished: bool,
+    /// Whether it cannot be used because the engine's adapter does not pass on what the scene needs.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub not_played: bool,
     /// The same from many starts, in scenes that are judged by them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub starts: Option<Starts>,
@@ -168,12 +172,31 @@ pub struct Run {
 /// Results of a scene from many starts that differ by at most a tenth of a millimetre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Starts {
-    /// Number of starts.
+    /// Number of starts whose runs ended.
     pub tried: u32,
+    /// Number of further starts whose runs did not end in their time.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub unfinished: u32,
     /// Number of starts from which the run solves the scene.
     pub done: u32,
     /// Median of the deepest overlaps, mm; none if half of the runs did not end.
     pub median_overlap_mm: Option<f64>,
+}
+
+impl Starts {
+    /// Whether the scene is solved from at least half of the starts, however the unfinished runs would end.
+    pub(super) fn does_it(self) -> bool {
+        2 * self.done >= self.tried + self.unfinished
+    }
+
+    /// Whether the unfinished runs decide it.
+    pub(super) fn undecided(self) -> bool {
+        !self.does_it() && 2 * (self.done + self.unfinished) >= self.tried + self.unfinished
+    }
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }
 
 impl Run {
@@ -189,6 +212,7 @@ impl Run {
             invariants: Invariants::default(),
             trouble: None,
             unfinished: false,
+            not_played: false,
             starts: None,
             cpu_s: 0.0,
             cpu_bare_s: None,
@@ -199,7 +223,18 @@ impl Run {
 
     /// Whether it solves the scene, from at least half of the starts if there are many.
     pub fn does_it(&self) -> bool {
-        self.starts.map_or(self.trouble.is_none(), |starts| 2 * starts.done >= starts.tried)
+        self.starts.map_or(self.trouble.is_none(), |starts| starts.does_it())
+    }
+
+    /// Judges it again, as [`trouble`] does now and by what an adapter is known not to pass on: a run that was of no use stays so.
+    pub(super) fn judge(&mut self, refused: Option<&NotPlayed>) {
+        if let Some(why) = refused {
+            (self.not_played, self.unfinished, self.starts) = (true, false, None);
+            self.trouble = Some(why.to_string());
+        }
+        if let (None, Some(error)) = (&self.trouble, &self.error) {
+            self.trouble = trouble(error, &self.invariants);
+        }
     }
 
     /// The error without its sign, at least the [`floor`] of its unit, of a run that solves the scene. An

@@ -71,12 +71,14 @@ fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> SettingsResult {
         }
     }
     let done: Vec<&Run> = theirs.iter().filter(|run| run.does_it()).copied().collect();
+    let not_played = theirs.iter().filter(|run| run.not_played).count();
     let overlaps = done.iter().filter_map(|run| run.invariants.max_penetration_mm);
     SettingsResult {
         settings: settings.to_owned(),
         done: done.len(),
-        tried: theirs.len(),
+        tried: theirs.len() - not_played,
         unfinished: theirs.iter().filter(|run| run.unfinished).count(),
+        not_played,
         ahead_ms,
         least_advantage: with,
         least_bare_advantage: without,
@@ -97,6 +99,7 @@ fn differences(runs: &[&Run]) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::NotPlayed;
     use crate::played::trouble;
     use crate::report::comparison::Starts;
     use palmares_bench::case_report::{Figure, Invariants, Times};
@@ -112,6 +115,7 @@ mod tests {
             invariants: Invariants::default(),
             trouble: None,
             unfinished: false,
+            not_played: false,
             starts: None,
             cpu_s,
             cpu_bare_s: None,
@@ -250,7 +254,7 @@ mod tests {
     #[test]
     fn of_many_starts_those_that_fail_are_the_error() {
         let of = |done: u32, run: Run| Run {
-            starts: Some(Starts { tried: 16, done, median_overlap_mm: Some(1.0) }),
+            starts: Some(Starts { tried: 16, unfinished: 0, done, median_overlap_mm: Some(1.0) }),
             trouble: Some("object lost".into()),
             ..run
         };
@@ -265,19 +269,80 @@ mod tests {
         assert_eq!(result.settings[0].least_advantage, Some(2.0));
     }
 
+    fn unfinished(dt_ms: f64) -> Run {
+        let trouble = Some("not finished within 25 s".into());
+        Run { error: None, trouble, unfinished: true, ..run("peer", dt_ms, 0.0, 0.0) }
+    }
+
     #[test]
-    fn a_run_that_did_not_finish_is_reported_and_not_judged() {
-        let mut endless = run("peer", 1.0, 0.0, 0.0);
-        (endless.error, endless.trouble, endless.unfinished) = (None, Some("not finished".into()), true);
-        let alone = only(&[run("own", 1.0, 0.1, 0.1), endless.clone()]);
-        assert_eq!(alone.words(), "nothing is known; 1 of the peer's runs did not finish in time");
+    fn starts_that_are_unfinished_decide_nothing() {
+        let of = |done, tried, unfinished| Starts { tried, unfinished, done, median_overlap_mm: None };
+        for (starts, does_it, undecided) in [
+            (of(4, 8, 0), true, false),
+            (of(3, 8, 0), false, false),
+            (of(4, 4, 4), true, false),
+            (of(1, 1, 7), false, true),
+            (of(0, 4, 4), false, true),
+            (of(0, 5, 3), false, false),
+        ] {
+            assert_eq!((starts.does_it(), starts.undecided()), (does_it, undecided), "{starts:?}");
+        }
+    }
+
+    #[test]
+    fn a_run_that_is_unfinished_is_reported_and_not_judged() {
+        let alone = only(&[run("own", 1.0, 0.1, 0.1), unfinished(1.0)]);
+        assert_eq!(alone.verdict(), Verdict::Unknown);
+        assert_eq!(alone.words(), "undecided; 1 of the peer's 1 runs are unfinished");
         let ahead = run("peer", 2.0, 0.1, 0.01);
-        let both = only(&[run("own", 1.0, 0.1, 0.1), run("own", 2.0, 0.1, 0.1), endless, ahead]);
+        let both = only(&[run("own", 1.0, 0.1, 0.1), run("own", 2.0, 0.1, 0.1), unfinished(1.0), ahead]);
         let outcome = &both.settings[0];
         assert_eq!((outcome.done, outcome.tried, outcome.unfinished), (1, 2, 1));
+        assert_eq!(outcome.steps(), "1 of 2, 1 unfinished");
         assert_eq!(
             both.words(),
-            "**the peer is ahead** at 2 ms with `default`; 1 of the peer's runs did not finish in time"
+            "**the peer is ahead** at 2 ms with `default`; 1 of the peer's 2 runs are unfinished"
         );
+    }
+
+    #[test]
+    fn a_scene_that_a_peer_has_not_finished_is_won_by_nobody_though_another_of_its_runs_failed() {
+        let own = [run("own", 1.0, 0.1, 0.1), run("own", 2.0, 0.1, 0.1)];
+        let failed = Run { trouble: Some("object lost".into()), ..run("peer", 2.0, 0.1, 0.1) };
+        let result = only(&[&own[..], &[unfinished(1.0), failed.clone()]].concat());
+        assert_eq!(result.verdict(), Verdict::Unknown, "{result:?}");
+        assert_eq!(result.words(), "undecided; 1 of the peer's 2 runs are unfinished");
+        let neither = own.map(|own| Run { trouble: Some("object lost".into()), ..own });
+        let result = only(&[&neither[..], &[unfinished(1.0), failed]].concat());
+        assert_eq!(result.verdict(), Verdict::Unknown, "{result:?}");
+    }
+
+    #[test]
+    fn a_scene_that_an_adapter_does_not_pass_on_is_won_by_nobody() {
+        let own = run("own", 1.0, 0.1, 0.1);
+        // A quick run with a small error, of a scene that was not this one.
+        let mut refused = run("peer", 1.0, 0.01, 0.001);
+        refused.judge(Some(&NotPlayed("its adapter does not pass on restitution".into())));
+        assert_eq!(refused.usable_error(), None);
+        for own in [own.clone(), Run { trouble: Some("object lost".into()), ..own }] {
+            let result = only(&[own, refused.clone()]);
+            assert_eq!((result.verdict(), &*result.words()), (Verdict::NotPlayed, "not played"));
+            assert_eq!((result.settings[0].tried, &*result.steps()), (0, "not played"));
+        }
+    }
+
+    #[test]
+    fn a_run_of_an_older_report_is_judged_by_the_bounds_of_today() {
+        let momentum = |value: f64| {
+            let error = Some(Figure::new("change of momentum", value, "(kg m/s)^2"));
+            let mut run = Run { error, ..run("peer", 1.0, 0.0, 0.1) };
+            run.judge(None);
+            run.trouble
+        };
+        assert_eq!(momentum(0.11), None);
+        assert_eq!(momentum(3.2e3).as_deref(), Some("error 3200.00 (kg m/s)^2"));
+        let mut lost = Run { trouble: Some("object lost".into()), ..run("peer", 1.0, 0.0, 0.1) };
+        lost.judge(None);
+        assert_eq!(lost.trouble.as_deref(), Some("object lost"));
     }
 }

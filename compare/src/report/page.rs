@@ -1,9 +1,9 @@
 //! The report as a page to read.
 
-use super::comparison::{Comparison, Run};
+use super::comparison::{Comparison, Run, Starts};
 use super::dominance::{PeerResult, SettingsResult, Verdict};
 use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
-use super::plots::{at_one_ms, cases, largest_usable, picture};
+use super::plots::{at_one_ms, cases, largest_usable, picture, without};
 use palmares_bench::cases::{self as scenes, ASIDE_M};
 use palmares_bench::overlap;
 use std::fmt::Write;
@@ -43,7 +43,7 @@ fn head(page: &mut String, report: &Comparison) {
         "**How to read it.** Every scene runs with every step on every engine that can do it, a peer with each of its \
         [settings](#the-engines-and-their-settings). It has two measures. *Does it*: all numbers stay finite, no step \
         fails, an object that is to be held is held, what is to stay within a bound (*at most* in its table) does so, an error \
-        against an analytic answer is below 0.2 rad, 30 mm or 50 %, and no two shapes overlap by more than {} of the \
+        against an analytic answer is below 0.2 rad, 30 mm, 15 mm/s or half of what is measured, and no two shapes overlap by more than {} of the \
         width of the thinnest body that moves, object or link (a scene that begins with a deeper overlap may deepen it by a \
         tenth): a body that has sunk in by half its width is pushed out through the far side. *Differs from its own fine run*: where there is no analytic answer, the figure is the difference from the same \
         scene on the same engine with a far smaller step, which says how much an engine's outcome depends on the step, not who \
@@ -64,7 +64,8 @@ fn head(page: &mut String, report: &Comparison) {
         without parts that the others do not have: of MuJoCo the same steps from the same states without `multiccd` and `noslip`; \
         of rapier without its tendon, which the adapter computes; of ours everything. Only what does its scene is timed. Errors below 1 nrad, \
         0.1 µm and 0.001 % count as equal; within a bound speed alone decides. A run of a peer, or its reference, that takes \
-        more than {} s {} is *not finished* and judged by nothing.\n",
+        more than {} s {} is *unfinished*, and counts neither for nor against anyone. So does a scene that needs what a peer's \
+        adapter does not pass on: it is *not played*, which says nothing about the peer.\n",
         report.repeats,
         report.run_limit_s,
         report.run_limit_by.words()
@@ -92,14 +93,16 @@ fn dominance(page: &mut String, report: &Comparison) {
         page,
         "For every run of a peer that does its scene, with any of its settings: is there a run of ours with at most its error \
         in at most its time? Only steps that ours and the peer with each of its settings have played count. In {} of {all} \
-        comparisons there always is, and ours does the scene; in {} the peer is ahead; in {} neither does the scene; in {} no \
-        run of the peer finished. Named are the settings with which the peer comes \
+        comparisons there always is, and ours does the scene; in {} the peer is ahead; in {} neither does the scene; in {} it is \
+        undecided, because no run of the peer does the scene and some are unfinished, or none was timed; in {} the peer is not \
+        played. Named are the settings with which the peer comes \
         nearest to ours, or is farthest ahead. `palmares-compare check` with the path of this folder's `report.json` prints this \
         table and fails where a peer is ahead.\n",
         count(Verdict::Won),
         count(Verdict::Lost),
         count(Verdict::Neither),
         count(Verdict::Unknown),
+        count(Verdict::NotPlayed),
     );
     put!(
         page,
@@ -110,13 +113,12 @@ fn dominance(page: &mut String, report: &Comparison) {
         let (own, words) = (v.own_done, v.words());
         let best = v.best();
         let name = best.map_or("none".to_owned(), |best| format!("`{}`", best.settings));
-        let tried = v.steps_ms.len();
-        let done = best.map_or(0, |best| best.done);
+        let (steps, of) = (v.steps(), v.steps_ms.len());
         let (differs, ours) =
             (range(best.and_then(|best| best.differs), &v.unit), range(v.own_differs, &v.unit));
         put!(
             page,
-            "| {} | {} | {name} | {done} of {tried} | {own} | {words} | {differs} | {ours} |",
+            "| {} | {} | {name} | {steps} | {own} of {of} | {words} | {differs} | {ours} |",
             v.case,
             v.peer
         );
@@ -231,8 +233,10 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
     page.push('\n');
     let largest =
         engines.iter().filter(|engine| runs.iter().any(|run| run.engine == **engine)).map(|engine| {
-            let largest = largest_usable(report, case, engine);
-            format!("{engine} {}", largest.map_or("none".to_owned(), |dt| format!("{dt} ms")))
+            match largest_usable(report, case, engine) {
+                Some(dt) => format!("{engine} {dt} ms"),
+                None => format!("{engine} {}", without(report, case, engine)),
+            }
         });
     put!(page, "Largest step that does it: {}.\n", largest.collect::<Vec<_>>().join(", "));
 }
@@ -246,26 +250,42 @@ fn by_settings(page: &mut String, result: &PeerResult) {
     );
     put!(page, "|---|---|---|---|---|---|");
     for outcome in &result.settings {
-        let SettingsResult { settings, done, tried, .. } = outcome;
+        let SettingsResult { settings, .. } = outcome;
+        let done = outcome.steps();
         let overlap = outcome.overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.2} mm"));
         let ratio = |of: Option<f64>| of.map_or("–".to_owned(), |ratio| format!("{ratio:.1}"));
         let (with, bare) = (ratio(outcome.least_advantage), ratio(outcome.least_bare_advantage));
         let steps: Vec<String> = outcome.ahead_ms.iter().map(|ms| format!("{ms} ms")).collect();
         let ahead = if steps.is_empty() { "–".to_owned() } else { steps.join(", ") };
-        put!(page, "| `{settings}` | {done} of {tried} | {overlap} | {with} | {bare} | {ahead} |");
+        put!(page, "| `{settings}` | {done} | {overlap} | {with} | {bare} | {ahead} |");
     }
     page.push('\n');
 }
 
 fn row(page: &mut String, run: &Run, unit: &str) {
+    let Run { engine, settings, dt_ms, .. } = run;
+    if run.not_played {
+        let why = run.trouble.as_deref().unwrap_or("not played");
+        put!(page, "| {engine} | {settings} | {dt_ms} ms | {why} | – | – | – | – | – | – |");
+        return;
+    }
     let value = run.error.as_ref().and_then(|figure| figure.value);
     let value = value.map_or("–".to_owned(), |x| difference(x, unit));
-    let why = run.trouble.as_ref().map_or("yes".to_owned(), |why| format!("no: {why}"));
+    let why = match &run.trouble {
+        None => "yes".to_owned(),
+        Some(why) if run.unfinished => why.clone(),
+        Some(why) => format!("no: {why}"),
+    };
     let does_it = match &run.starts {
         None => why,
         Some(starts) => {
             let median = starts.median_overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.1} mm"));
-            format!("{} of {} starts, median overlap {median}; as it is {why}", starts.done, starts.tried)
+            let unfinished = match starts.unfinished {
+                0 => String::new(),
+                n => format!(", {n} more unfinished"),
+            };
+            let Starts { done, tried, .. } = starts;
+            format!("{done} of {tried} starts{unfinished}, median overlap {median}; as it is {why}")
         }
     };
     let invariants = &run.invariants;
@@ -278,7 +298,6 @@ fn row(page: &mut String, run: &Run, unit: &str) {
     } else {
         "– | – | – | –".to_owned()
     };
-    let Run { engine, settings, dt_ms, .. } = run;
     put!(page, "| {engine} | {settings} | {dt_ms} ms | {does_it} | {value} | {times} | {depth} |");
 }
 

@@ -87,6 +87,7 @@ pub(super) fn outcomes(
                     None => {
                         let mut run = outcome(&jobs[at], *dt_ms, conduct)?;
                         run.starts = from_starts(case, *kind, &run, conduct)?;
+                        run.unfinished |= run.starts.is_some_and(Starts::undecided);
                         kept.lock().add(&run)?;
                         run
                     }
@@ -125,8 +126,8 @@ fn outcome(Job { case, kind, scene }: &Job, dt_ms: f64, conduct: Conduct) -> Res
         Ok(Played { error, invariants, trouble }) => {
             (run.error, run.invariants, run.trouble) = (Some(error), invariants, trouble);
         }
-        Err(Failure { said, unfinished }) => {
-            run.unfinished = unfinished;
+        Err(Failure { said, unfinished, not_played }) => {
+            (run.unfinished, run.not_played) = (unfinished, not_played);
             run.trouble = Some(said.lines().next().unwrap_or("failed").to_owned());
         }
     }
@@ -135,20 +136,22 @@ fn outcome(Job { case, kind, scene }: &Job, dt_ms: f64, conduct: Conduct) -> Res
 
 /// The same from other starts, where the scene is judged by them; the run itself counts as the first.
 fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> Result<Option<Starts>> {
-    if !BY_STARTS.contains(&case.name) || first.unfinished {
+    if !BY_STARTS.contains(&case.name) || first.unfinished || first.not_played {
         return Ok(None);
     }
     let depth = |mm: Option<f64>| mm.unwrap_or(f64::INFINITY);
     let mut all = vec![(first.trouble.is_none(), depth(first.invariants.max_penetration_mm))];
     let few = conduct.quick || first.dt_ms < 1.0;
     let count = if few { FEW_STARTS } else { STARTS };
+    let mut unfinished = 0;
     for start in 1..count {
         let task = Task::Case { name: case.name.to_owned(), reference_dt_s: None, start };
-        all.push(match task.play::<Played>(kind, 1e-3 * first.dt_ms, conduct.run_limit_s)? {
-            Ok(played) => (played.trouble.is_none(), depth(played.invariants.max_penetration_mm)),
-            Err(_) => (false, f64::INFINITY),
-        });
-        if start + 1 == FEW_STARTS && all.iter().all(|(done, _)| *done == all[0].0) {
+        match task.play::<Played>(kind, 1e-3 * first.dt_ms, conduct.run_limit_s)? {
+            Ok(played) => all.push((played.trouble.is_none(), depth(played.invariants.max_penetration_mm))),
+            Err(failure) if failure.unfinished => unfinished += 1,
+            Err(_) => all.push((false, f64::INFINITY)),
+        }
+        if start + 1 == FEW_STARTS && unfinished == 0 && all.iter().all(|(done, _)| *done == all[0].0) {
             break;
         }
     }
@@ -156,6 +159,7 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     overlaps.sort_by(f64::total_cmp);
     Ok(Some(Starts {
         tried: all.len() as u32,
+        unfinished,
         done: all.iter().filter(|(done, _)| *done).count() as u32,
         median_overlap_mm: Some(overlaps[overlaps.len() / 2]).filter(|mm| mm.is_finite()),
     }))

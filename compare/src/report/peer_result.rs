@@ -36,6 +36,9 @@ pub struct SettingsResult {
     pub tried: usize,
     /// Steps with which it did not end in its time: they say nothing.
     pub unfinished: usize,
+    /// Steps with which its adapter does not pass on what the scene needs: they are not tried.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub not_played: usize,
     /// Steps, ms, at which no run of ours has at most its error in at most its time.
     pub ahead_ms: Vec<f64>,
     /// Least ratio of its time to that of our fastest run with at most its error; none when nothing compares.
@@ -58,15 +61,31 @@ pub enum Verdict {
     Lost,
     /// Neither solves the scene at any step.
     Neither,
-    /// No run of the peer ended in its time, or those that solve the scene were not timed.
+    /// No run of the peer solves the scene and some did not end in their time, or those that solve it were not timed.
     Unknown,
+    /// The peer's adapter does not pass on what the scene needs.
+    NotPlayed,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 impl SettingsResult {
     /// The smaller, the better for the peer: ahead of ours, then nearly so, then at more steps.
     pub(super) fn rank(&self) -> (bool, bool, f64, usize) {
         let ratio = self.least_advantage.unwrap_or(f64::INFINITY);
-        (self.done == 0, self.ahead_ms.is_empty(), ratio, self.tried - self.done)
+        (self.done == 0, self.ahead_ms.is_empty(), ratio, self.tried - self.done - self.unfinished)
+    }
+
+    /// The steps with which it solves the scene, in words.
+    pub(super) fn steps(&self) -> String {
+        let SettingsResult { done, tried, .. } = self;
+        match self.unfinished {
+            _ if self.not_played > 0 && *tried == 0 => "not played".to_owned(),
+            0 => format!("{done} of {tried}"),
+            n => format!("{done} of {tried}, {n} unfinished"),
+        }
     }
 }
 
@@ -74,6 +93,11 @@ impl PeerResult {
     /// The peer's best settings for this scene, if any solve it: those that are ahead of ours or come nearest.
     pub fn best(&self) -> Option<&SettingsResult> {
         self.settings.first().filter(|best| best.done > 0)
+    }
+
+    /// The steps with which the peer solves the scene with its best settings, in words.
+    pub(super) fn steps(&self) -> String {
+        self.settings.first().map_or("none".to_owned(), SettingsResult::steps)
     }
 
     /// The settings with which the peer solves the scene at most steps, if any do.
@@ -85,9 +109,15 @@ impl PeerResult {
     /// The verdict.
     pub fn verdict(&self) -> Verdict {
         let all = |of: fn(&SettingsResult) -> bool| self.settings.iter().all(of);
-        if !all(|outcome| outcome.ahead_ms.is_empty()) || self.own_done == 0 && self.best().is_some() {
+        let solved = self.best().is_some();
+        if !all(|outcome| outcome.ahead_ms.is_empty()) || self.own_done == 0 && solved {
             Verdict::Lost
-        } else if all(|outcome| outcome.unfinished == outcome.tried) || self.best().is_some() && !self.timed {
+        } else if all(|outcome| outcome.tried == 0) && !all(|outcome| outcome.not_played == 0) {
+            Verdict::NotPlayed
+        } else if all(|outcome| outcome.tried == 0)
+            || !solved && !all(|outcome| outcome.unfinished == 0)
+            || solved && !self.timed
+        {
             Verdict::Unknown
         } else if self.own_done == 0 {
             Verdict::Neither
@@ -109,7 +139,8 @@ impl PeerResult {
     pub fn words(&self) -> String {
         let count = |of: fn(&SettingsResult) -> usize| self.settings.iter().map(of).sum::<usize>();
         let words = match (self.verdict(), self.best()) {
-            (Verdict::Unknown, _) => "nothing is known".into(),
+            (Verdict::NotPlayed, _) => "not played".into(),
+            (Verdict::Unknown, _) => "undecided".into(),
             (Verdict::Neither, _) => "neither does it".into(),
             (Verdict::Lost, _) => format!("**the peer is ahead** at {}", self.ahead()),
             (Verdict::Won, None) => "the peer does it at no step".into(),
@@ -120,7 +151,7 @@ impl PeerResult {
         };
         match count(|outcome| outcome.unfinished) {
             0 => words,
-            n => format!("{words}; {n} of the peer's runs did not finish in time"),
+            n => format!("{words}; {n} of the peer's {} runs are unfinished", count(|outcome| outcome.tried)),
         }
     }
 }

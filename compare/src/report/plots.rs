@@ -39,7 +39,12 @@ pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
     for case in cases(report) {
         let runs: Vec<&Run> =
             report.runs.iter().filter(|run| run.case == case && drawn(report, run)).collect();
-        on_page(&folder.join(picture(case)), (640, 440), |area| errors(area, case, &runs))?;
+        let timed = |engine: &str| runs.iter().any(|run| run.engine == engine && has_point(run));
+        let compared =
+            |engine: &&str| report.runs.iter().any(|run| run.case == case && run.engine == **engine);
+        let absent = report.ran().into_iter().filter(compared).filter(|engine| !timed(engine));
+        let absent: Vec<_> = absent.map(|engine| (engine, without(report, case, engine))).collect();
+        on_page(&folder.join(picture(case)), (640, 440), |area| errors(area, case, &runs, &absent))?;
     }
     let compared = compared(report);
     if !compared.is_empty() {
@@ -89,16 +94,23 @@ fn around(values: impl Iterator<Item = f64>) -> Option<std::ops::Range<f64>> {
     (low > 0.0 && low <= high).then(|| (low / 1.8).min(middle / 4.0)..(high * 1.8).max(middle * 4.0))
 }
 
-/// Error against CPU time, one curve an engine, every point with its step.
-fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
+/// Whether a run has a point in the picture of its case.
+fn has_point(run: &Run) -> bool {
+    run.usable_error().is_some() && run.cpu_s > 0.0
+}
+
+/// Error against CPU time, one curve an engine, every point with its step. Engines without a point are in the legend, with the reason.
+fn errors(area: &Area, case: &str, runs: &[&Run], absent: &[(&str, &str)]) -> Result<()> {
     let point = |run: &&Run| {
-        let error = run.usable_error().filter(|_| run.cpu_s > 0.0)?;
+        let error = run.usable_error().filter(|_| has_point(run))?;
         Some((run.cpu_s * 1e3, error, run.dt_ms))
     };
     let points: Vec<_> = runs.iter().filter_map(point).collect();
     let axes = (around(points.iter().map(|p| p.0)), around(points.iter().map(|p| p.1)));
     let (Some(x), Some(y)) = axes else {
-        return area.titled(&format!("{case}: no usable run"), (SANS, 16)).map(|_| ()).map_err(failed);
+        let absent: Vec<String> = absent.iter().map(|(engine, why)| format!("{engine}: {why}")).collect();
+        let title = format!("{case}: no usable run ({})", absent.join(", "));
+        return area.titled(&title, (SANS, 16)).map(|_| ()).map_err(failed);
     };
     let figure = runs.iter().find_map(|run| run.error.as_ref());
     let label = figure.map_or(String::new(), |f| format!("{} [{}]", f.name, f.unit));
@@ -140,6 +152,14 @@ fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
             .map(|p| EmptyElement::at((p.0, p.1)) + Text::new(format!("{}", p.2), (6, -13), style.clone()));
         chart.draw_series(steps).map_err(failed)?;
     }
+    for (engine, why) in absent {
+        let ink = colour(engine);
+        chart
+            .draw_series(std::iter::empty::<Circle<(f64, f64), i32>>())
+            .map_err(failed)?
+            .label(format!("{engine}: {why}"))
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], ink.stroke_width(2)));
+    }
     legend(&mut chart, SeriesLabelPosition::LowerLeft)
 }
 
@@ -180,6 +200,20 @@ pub(super) fn largest_usable(report: &Comparison, case: &str, engine: &str) -> O
     runs.filter(|run| run.error.is_some() && run.does_it()).map(|run| run.dt_ms).reduce(f64::max)
 }
 
+/// Why no run of an engine is drawn in a case, in a word or two.
+pub(super) fn without(report: &Comparison, case: &str, engine: &str) -> &'static str {
+    let runs = || report.runs.iter().filter(|run| run.case == case && run.engine == engine);
+    if runs().all(|run| run.not_played) {
+        "not played"
+    } else if runs().any(Run::does_it) {
+        "not timed"
+    } else if runs().any(|run| run.unfinished) {
+        "unfinished"
+    } else {
+        "no step"
+    }
+}
+
 /// Horizontal bars: the largest usable step of every case and engine.
 fn stable(area: &Area, report: &Comparison, cases: &[&str]) -> Result<()> {
     let engines = report.ran();
@@ -203,7 +237,7 @@ fn stable(area: &Area, report: &Comparison, cases: &[&str]) -> Result<()> {
             let end = largest.map_or(left, scale);
             let bar = Rectangle::new([(left, y), (end, y + thick - 1)], colour(engine).filled());
             area.draw(&bar).map_err(failed)?;
-            let said = largest.map_or("none".to_owned(), |dt| format!("{dt}"));
+            let said = largest.map_or(without(report, case, engine).to_owned(), |dt| format!("{dt}"));
             area.draw(&Text::new(said, (end + 4, y - 2), (SANS, 10))).map_err(failed)?;
         }
     }
@@ -273,4 +307,32 @@ fn ticks(area: &Area, report: &Comparison) -> Result<()> {
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], ink.stroke_width(2)));
     }
     legend(&mut chart, SeriesLabelPosition::UpperRight)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::runner;
+
+    /// Cases of a committed report, whose pictures are to say why an engine is missing.
+    #[test]
+    fn a_picture_says_why_an_engine_has_no_point() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/report/further/report.json");
+        let mut report = runner::read(&file).expect("a report");
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut said = |change: fn(&mut Run)| {
+            report
+                .runs
+                .iter_mut()
+                .filter(|run| run.case == "kapla" && run.engine == "mujoco")
+                .for_each(change);
+            draw(&report, folder.path()).expect("drawn");
+            std::fs::read_to_string(folder.path().join("kapla.svg")).expect("written")
+        };
+        assert!(said(|_| ()).contains("mujoco: unfinished"));
+        assert!(said(|run| run.unfinished = false).contains("mujoco: no step"));
+        assert!(said(|run| run.not_played = true).contains("mujoco: not played"));
+        let bars = std::fs::read_to_string(folder.path().join("stable.svg")).expect("written");
+        assert!(bars.contains("not played"), "and so do the bars");
+    }
 }

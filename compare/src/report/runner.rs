@@ -2,11 +2,12 @@
 
 use super::comparison::{Choice, Clock, Comparison, EngineNote, FORMAT, Run};
 use super::dominance::peer_results;
+use super::judgement::judge;
 use super::outcome_cache::OutcomeCache;
 use super::passes::{self, Conduct, Job, Progress, reference_s};
 use super::{page, plots, ticks};
 use crate::engine::{EngineKind, mujoco, rapier};
-use crate::scene_id;
+use crate::scene_id::{self, Asked};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use palmares_bench::cases::{self, Case};
@@ -133,7 +134,7 @@ fn plan(options: &ComparisonOptions) -> Result<Planned> {
     };
     let mut jobs = Vec::new();
     for case in chosen {
-        let (scene, hand) = scene_id::of_case(case);
+        let Asked { identity: scene, hand, .. } = scene_id::of_case(case);
         let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
         let of = of.filter(|kind| hand || !kind.is_for_hands_alone());
         jobs.extend(of.map(|kind| Job { case, kind: *kind, scene: scene.clone() }));
@@ -160,6 +161,7 @@ pub fn write(options: &ComparisonOptions) -> Result<Comparison> {
     if let Some(earlier) = earlier {
         keep(earlier, &mut engines, &mut runs, &steps)?;
     }
+    judge(&mut runs);
     let peers = peers(&engines);
     let results = peer_results(&runs, EngineKind::Own.name(), &peers);
     let comparison = Comparison {
@@ -183,7 +185,7 @@ pub fn write(options: &ComparisonOptions) -> Result<Comparison> {
 }
 
 /// Engines that ran, without ours.
-fn peers(engines: &[EngineNote]) -> Vec<String> {
+pub(super) fn peers(engines: &[EngineNote]) -> Vec<String> {
     let ran = engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
     ran.map(|note| note.name.clone()).collect()
 }
@@ -265,6 +267,7 @@ pub fn read(path: &Path) -> Result<Comparison> {
 /// No such file, or not a report of this format.
 pub fn rewrite(path: &Path) -> Result<()> {
     let mut comparison = read(path)?;
+    judge(&mut comparison.runs);
     let peers = peers(&comparison.engines);
     comparison.results = peer_results(&comparison.runs, EngineKind::Own.name(), &peers);
     publish(&comparison, path.parent().unwrap_or(Path::new(".")))

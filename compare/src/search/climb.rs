@@ -9,9 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The known results of a set of options.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Score {
-    /// Plays that solve the scene, and all that were played.
+    /// Plays that solve the scene, all that ended, and those that did not end in their time, which say nothing.
     pub solved: usize,
     pub of: usize,
+    pub unfinished: usize,
     /// Sum of how badly they ended.
     bad: usize,
     overlap_mm: f64,
@@ -19,18 +20,22 @@ pub(super) struct Score {
 
 impl Score {
     pub(super) fn of(plays: &[Play]) -> Self {
+        let ended: Vec<&Play> = plays.iter().filter(|play| play.end != End::Unfinished).collect();
         let deepest = plays.iter().filter_map(|play| play.overlap_mm).fold(0.0, f64::max);
         Score {
             solved: plays.iter().filter(|play| play.end == End::Solved).count(),
-            of: plays.len(),
-            bad: plays.iter().map(|play| play.end as usize).sum(),
+            of: ended.len(),
+            unfinished: plays.len() - ended.len(),
+            bad: ended.iter().map(|play| play.end as usize).sum(),
             overlap_mm: deepest,
         }
     }
 
     /// The better, the smaller.
     fn order(&self, other: &Self) -> Ordering {
-        let mean = |score: &Score| score.bad as f64 / score.of.max(1) as f64;
+        // A set of which nothing is known comes last.
+        let mean =
+            |score: &Score| if score.of == 0 { f64::INFINITY } else { score.bad as f64 / score.of as f64 };
         let solved = other.solved.cmp(&self.solved);
         solved.then(mean(self).total_cmp(&mean(other))).then(self.overlap_mm.total_cmp(&other.overlap_mm))
     }
@@ -80,6 +85,12 @@ mod tests {
         let text = String::new;
         let overlap_mm = Some(overlap_mm);
         Play { scene: text(), number: 0, engine: text(), settings: text(), step_ms: 1.0, end, overlap_mm }
+    }
+
+    #[test]
+    fn a_play_that_did_not_end_counts_for_no_set_and_against_none() {
+        let score = Score::of(&[play(End::Solved, 1.0), play(End::Unfinished, 0.0), play(End::Lost, 0.0)]);
+        assert_eq!((score.solved, score.of, score.unfinished), (1, 2, 1));
     }
 
     #[test]

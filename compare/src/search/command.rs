@@ -74,6 +74,10 @@ pub fn run(options: &SearchOptions) -> Result<()> {
                 EngineKind::Rapier(_) => rapier::VERSION.to_owned(),
                 EngineKind::Own => anyhow::bail!("ours has one set of settings: there is nothing to search"),
             };
+            if let Some(why) = scene.refused.get(kind.name()) {
+                println!("{case} {engine}: {why}");
+                continue;
+            }
             let search = Search { options, scene: &scene, version: &version, begin: Instant::now() };
             found.push(search.run(kind, &plays)?);
             publish(options, &found)?;
@@ -121,6 +125,7 @@ impl Search<'_> {
             settings: settings.to_owned(),
             solved: score.solved,
             of: score.of,
+            unfinished: score.unfinished,
         };
         Ok(Found {
             scene: self.scene.name.clone(),

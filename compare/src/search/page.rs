@@ -40,7 +40,11 @@ pub(super) fn write(table: &Table) -> String {
             found.scene, found.engine
         );
         for set in found.sets.iter().take(SHOWN) {
-            let _ = writeln!(page, "| `{}` | {} of {} |", set.settings, set.solved, set.of);
+            let unfinished = match set.unfinished {
+                0 => String::new(),
+                n => format!(", {n} more unfinished"),
+            };
+            let _ = writeln!(page, "| `{}` | {} of {}{unfinished} |", set.settings, set.solved, set.of);
         }
     }
     page

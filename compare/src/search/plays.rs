@@ -1,9 +1,9 @@
 //! Single plays of a search, kept in a file from which a stopped search goes on.
 
 use crate::child::{Failure, Task};
-use crate::engine::EngineKind;
+use crate::engine::{EngineKind, NotPlayed};
 use crate::played::Played;
-use crate::scene_id;
+use crate::scene_id::{self, Asked};
 use crate::trials::family::{Family, HandKind, Trial};
 use crate::trials::play::{Ending, Fate};
 use anyhow::{Context, Result};
@@ -24,6 +24,8 @@ pub(super) struct SearchScene {
     /// Starts of the case, or drawn grasps.
     plays: Vec<Task>,
     identity: String,
+    /// Engines whose adapters do not play it, and why.
+    pub refused: BTreeMap<&'static str, NotPlayed>,
 }
 
 impl SearchScene {
@@ -43,13 +45,15 @@ impl SearchScene {
                     hash.push(scene_id::of_trial(trial)?);
                 }
             }
-            return Ok(SearchScene { name, plays, identity: scene_id::of_all(&hash) });
+            let (identity, refused) = (scene_id::of_all(&hash), BTreeMap::new());
+            return Ok(SearchScene { name, plays, identity, refused });
         }
         let case = cases::all()
             .find(|case| case.name == name)
             .with_context(|| format!("there is no case `{name}`"))?;
         let play = |start| Task::Case { name: name.clone(), reference_dt_s: None, start };
-        Ok(SearchScene { plays: (0..starts).map(play).collect(), identity: scene_id::of_case(case).0, name })
+        let Asked { identity, refused, .. } = scene_id::of_case(case);
+        Ok(SearchScene { plays: (0..starts).map(play).collect(), identity, refused, name })
     }
 
     /// Number of plays at one step.

@@ -44,8 +44,11 @@ pub struct Set {
     pub settings: String,
     /// Plays that solve the scene.
     pub solved: usize,
-    /// Plays that were played: a set whose first plays all fail is given up.
+    /// Plays that ended: a set whose first plays all fail is given up.
     pub of: usize,
+    /// Further plays that did not end in their time.
+    #[serde(default)]
+    pub unfinished: usize,
 }
 
 impl Found {

@@ -88,6 +88,8 @@ pub(super) fn notes() -> Vec<String> {
         "tendon: fixed tendon and affine actuator with K and b of the model; its set point is clamped to where the \
          tendon will be and f_max beyond, since MuJoCo would clamp the force before its implicit step",
         "base: three slides and three hinges with the servo's gains; hand weight by gravcomp",
+        "not passed on, so that scenes with it are not played: restitution, forces on a hand from outside, a base servo that \
+         is switched off",
         "rounded boxes and hulls are convex meshes with 26 corners for each rounding; wide furniture is a plane",
         "friction of a pair: the geometric mean, as ours, wherever an object takes part: hand and furniture have \
          priority, with that of theirs and most objects'; objects of another friction have explicit pairs. Hand on \

@@ -5,13 +5,14 @@ mod mjcf;
 mod settings;
 mod worker;
 
+use super::{Adapter, NotPlayed};
 use anyhow::{Context, Result, bail};
 pub use export::Exported;
 use mjcf::{Base, Document};
 use palmares_bench::engine::{Cost, Engine};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::{base, motor};
-use palmares_sim::{BaseCommand, Command, Model, State};
+use palmares_sim::{Command, Model, State};
 use palmares_sim::{ContactForce, StepOutcome};
 use parry3d_f64::glamx::EulerRot;
 pub use settings::{SETTINGS, SPACE, Settings};
@@ -106,8 +107,8 @@ pub(super) struct MuJoCo {
 
 impl MuJoCo {
     pub(super) fn new(model: Arc<Model>, state: State, settings: &Settings) -> Result<Self> {
-        let document =
-            mjcf::document(&model, &state, settings).context("this scene has no MuJoCo equivalent")?;
+        let document = mjcf::document(&model, &state, settings)
+            .ok_or_else(|| NotPlayed("its adapter has no equivalent of this scene".into()))?;
         let worker = Rc::new(RefCell::new(Worker::start(&document.xml)?));
         let base = Base::of(&model);
         let start = state.base;
@@ -252,12 +253,7 @@ impl Engine for MuJoCo {
     }
 
     fn step(&mut self, command: &Command) -> Result<Cost> {
-        if !command.pushes.is_empty() {
-            bail!("forces from outside are not passed on to MuJoCo");
-        }
-        if command.base == BaseCommand::Free && self.base == Base::Servo {
-            bail!("the base servo cannot be switched off in MuJoCo");
-        }
+        Adapter::MUJOCO.obeys(&self.model, command)?;
         if self.touched {
             let (q, v) = self.positions();
             self.worker.borrow_mut().push(&q, &v)?;

@@ -40,6 +40,7 @@ pub fn notes() -> Vec<String> {
         "rolling joints: two hinges, a coupler of 0.1 g, MultibodyDofCoupling",
         "tendon: implicit cable by the reduced inertia (couplings and last contact impulses included), applied \
          through set_spring",
+        "restitution of a pair: the larger one, as ours",
         "no rolling resistance; a hand with gravity compensation weighs nothing",
     ]
     .map(String::from)

@@ -3,7 +3,7 @@
 use super::hand::HandBody;
 use palmares_sim::model::pair_friction;
 use palmares_sim::{Model, Owner};
-use rapier3d_f64::dynamics::{MassProperties, RigidBodyBuilder, RigidBodyHandle};
+use rapier3d_f64::dynamics::{CoefficientCombineRule, MassProperties, RigidBodyBuilder, RigidBodyHandle};
 use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, ColliderSet, SolverFlags};
 use rapier3d_f64::pipeline::{
     ActiveHooks, ContactModificationContext, PairFilterContext, PhysicsHooks, PhysicsWorld,
@@ -52,6 +52,8 @@ pub(super) fn add_colliders(
             .density(0.0)
             .friction(collider.friction)
             .restitution(collider.restitution)
+            // Of two coefficients the larger one, as ours.
+            .restitution_combine_rule(CoefficientCombineRule::Max)
             .user_data(i as u128 + 1)
             .active_hooks(hooks);
         world.insert_collider(builder, parent);

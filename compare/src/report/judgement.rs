@@ -1,0 +1,48 @@
+//! The judgement of runs that were judged before.
+
+use super::comparison::Run;
+use crate::scene_id::{self, Asked};
+use palmares_bench::cases;
+use std::collections::BTreeMap;
+
+/// Judges runs as we do today: those that are kept may have been judged otherwise, or played before an adapter was known not
+/// to pass on what a scene needs.
+pub(super) fn judge(runs: &mut [Run]) {
+    let there = cases::all().filter(|case| runs.iter().any(|run| run.case == case.name));
+    let asked: BTreeMap<&str, Asked> = there.map(|case| (case.name, scene_id::of_case(case))).collect();
+    for run in runs {
+        run.judge(asked.get(&*run.case).and_then(|asked| asked.refused.get(&*run.engine)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::EngineKind;
+    use crate::report::dominance::peer_results;
+    use crate::report::runner::{peers, read};
+    use std::path::Path;
+
+    #[test]
+    fn committed_reports_have_the_judgement_of_today() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/report");
+        let mut said = BTreeMap::new();
+        for file in ["report.json", "further/report.json", "hands/report.json"] {
+            let mut report = read(&root.join(file)).expect("it is in the repository");
+            judge(&mut report.runs);
+            let results = peer_results(&report.runs, EngineKind::Own.name(), &peers(&report.engines));
+            assert!(results == report.results, "{file}: `palmares-compare page` judges it again");
+            said.extend(results.into_iter().map(|it| ((it.case.clone(), it.peer.clone()), it.words())));
+        }
+        for (case, peer, words) in [
+            ("momentum_inelastic_hit", "mujoco", "not played"),
+            ("bounce_zeno", "mujoco", "not played"),
+            // By an adapter that passed on the mean of two coefficients.
+            ("bounce_zeno", "rapier", "not played"),
+            ("newton_cradle", "mujoco", "not played"),
+            ("kapla", "mujoco", "undecided; 32 of the peer's 35 runs are unfinished"),
+        ] {
+            assert_eq!(said[&(case.to_owned(), peer.to_owned())], words, "{case}");
+        }
+    }
+}
