@@ -1,7 +1,8 @@
 //! The engines that there are, each with its named settings.
 
+use super::adapter::Adapter;
 use super::option_set::{self, Dimension};
-use super::{Adapter, mujoco, rapier};
+use super::{mujoco, rapier};
 use anyhow::{Context, Result, bail, ensure};
 use palmares_bench::engine::limit::Limited;
 use palmares_bench::engine::{Engine, EngineFactory, OwnFactory};

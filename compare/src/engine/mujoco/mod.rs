@@ -5,7 +5,7 @@ mod mjcf;
 mod settings;
 mod worker;
 
-use super::{Adapter, NotPlayed};
+use super::adapter::{Adapter, NotPlayed};
 use anyhow::{Context, Result, bail};
 pub use export::Exported;
 use mjcf::{Base, Document};
