@@ -96,7 +96,7 @@ fn lands(
     v: &[f64],
     history: &mut History,
 ) -> bool {
-    if island.left_out.is_empty() {
+    if joining::nothing_waits(model, island) {
         return false;
     }
     let History { now, way, .. } = history;

@@ -54,7 +54,7 @@ pub(super) fn reached(
     island: &mut Island,
     v: &[f64],
 ) -> bool {
-    if island.left_out.is_empty() {
+    if nothing_waits(model, island) {
         return false;
     }
     find_hit(model, state, work, island, v, &state.v);
@@ -74,6 +74,11 @@ pub(super) fn reached(
     }
     work.joining.hit = hit;
     any
+}
+
+/// Whether nothing is left out of an island, nor any pair of the hand, which is not listed before there is a solution.
+pub(super) fn nothing_waits(model: &Model, island: &Island) -> bool {
+    island.left_out.is_empty() && !(island.hand && leaves_out(model))
 }
 
 /// Whether the hand alone reaches something with the velocities `v` at the end of the step and `start` at its start.
@@ -139,8 +144,7 @@ fn change(model: &Model, work: &mut Work, island: &Island, v: &[f64], start: &[f
 fn find_hit(model: &Model, state: &State, work: &mut Work, island: &Island, v: &[f64], start: &[f64]) {
     work.joining.hit.clear();
     let h = model.config().step_s;
-    let nothing = island.left_out.is_empty() && !(island.hand && leaves_out(model));
-    if nothing || 2.0 * h * change(model, work, island, v, start) <= SHORT_M {
+    if nothing_waits(model, island) || 2.0 * h * change(model, work, island, v, start) <= SHORT_M {
         return;
     }
     let Work { joining, collision, dynamics, outcome, .. } = work;

@@ -1,6 +1,7 @@
 //! Contacts that the search leaves out, and that a long step reaches all the same.
 
-use crate::{Command, Config, Model, State, World};
+use crate::{BaseCommand, Command, Config, Model, Push, State, World};
+use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
@@ -37,5 +38,46 @@ fn what_a_step_reaches_joins_before_anything_moves() {
         // Alone it would overlap by the gap. The contact yields by some F/k, and the block tips a little.
         assert!(left > -0.1 * gap, "h {step_s}: {left:e} m");
         assert!(world.state().object_velocity(world.model(), 2).0.x > 0.0, "h {step_s}: it is pushed on");
+    }
+}
+
+/// The hand at rest without weight and with a free base, over a ground at this height, m.
+fn hand_over(height: f64, step_s: f64) -> (World, Command) {
+    let config = Config { gravity: Vec3::ZERO, ..Config::with_step(step_s) };
+    let hand = Hand::builtin("softhand").expect("it is built in");
+    let mut model = Model::new(config, Some(hand)).expect("a hand");
+    model.add_ground(height, 0.5);
+    let state = State::at_rest(&model, Pose::IDENTITY, &[]);
+    let world = World::new(Arc::new(model), state);
+    let mut command = Command::stay(world.model(), Pose::IDENTITY);
+    command.base = BaseCommand::Free;
+    (world, command)
+}
+
+/// The pairs of the hand with furniture wait for the solution. Nothing else is left out here: a push takes the palm through the ground,
+/// which is farther off than the short reach.
+#[test]
+fn what_the_hand_alone_reaches_joins_before_it_moves() {
+    let touches = |height: f64| {
+        let (mut world, command) = hand_over(height, 1e-5);
+        world.step(&command).penetration_m > 0.0
+    };
+    let (mut below, mut above) = (-0.5, 0.0);
+    assert!(!touches(below) && touches(above), "the ground is below the hand, or in it");
+    for _ in 0..40 {
+        let middle = 0.5 * (below + above);
+        if touches(middle) { above = middle } else { below = middle }
+    }
+    let gap = 2e-3;
+    for step_s in [8e-3, 16e-3] {
+        let (mut world, mut command) = hand_over(below - gap, step_s);
+        let mass: f64 =
+            world.model().hand().map_or(0.0, |hand| hand.links.iter().map(|link| link.inertia.mass).sum());
+        let force = -Vec3::Z * (mass * 2.0 * gap / (step_s * step_s));
+        command.pushes = vec![Push { link: 0, point: Vec3::ZERO, force }];
+        world.step(&command);
+        command.pushes.clear();
+        let overlap = world.step(&command).penetration_m;
+        assert!(overlap < 0.1 * gap, "h {step_s}: {overlap:e} m");
     }
 }
