@@ -40,60 +40,47 @@ pub(super) fn leave_out(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut [f64],
 ) {
-    // In the hand, surfaces within the onset of dissipation count as touching.
-    let touching_m = if island.hand { model.config().contact_onset_m } else { GAP_M };
-    let step_s = model.config().step_s;
-    let acts = |k: usize| {
+    let acts = |problem: &Problem, work: &Work, k: usize| {
+        // In the hand, surfaces within the onset of dissipation count as touching.
+        let touching_m = if island.hand { model.config().contact_onset_m } else { GAP_M };
         let pair = &work.collision.contacts.pairs[island.pairs[k]];
-        acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s))
+        acts_across_a_gap(work, pair, (problem, k), (touching_m, model.config().step_s))
     };
-    let Some(first) = (0..island.pairs.len()).find(|&k| acts(k)) else { return };
+    if !(0..island.pairs.len()).any(|k| acts(problem, work, k)) {
+        return;
+    }
     let mut passing = std::mem::take(&mut work.passing);
-    passing.left_out.clear();
+    let Passing { left_out, rejoined, targets, links } = &mut passing;
+    left_out.clear();
+    rejoined.clear();
+    targets.clear();
+    targets.extend(problem.points.iter().map(|point| point.law.target));
     let mut spent = 0;
-    for (k, &index) in island.pairs.iter().enumerate().skip(first) {
-        let pair = &work.collision.contacts.pairs[index];
-        if acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s))
-            && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
-        {
-            passing.left_out.push(k);
-        }
-    }
-    if !passing.left_out.is_empty() {
-        passing.rejoined.clear();
-        passing.targets.clear();
-        passing.targets.extend(problem.points.iter().map(|point| point.law.target));
-        passing.left_out.iter().for_each(|&k| open(problem, k));
-    }
     for pass in 0..=PASSES {
-        if passing.left_out.is_empty() {
-            break;
-        }
-        solve(model, work, problem, newton, v);
-        // Without them, others that bore nothing in the first solution may carry force: before that is settled, no motion counts.
-        for _ in 0..PASSES {
-            let Passing { left_out, rejoined, .. } = &mut passing;
-            let kept = left_out.len();
-            for (k, &index) in island.pairs.iter().enumerate() {
-                let pair = &work.collision.contacts.pairs[index];
-                if acts_across_a_gap(work, pair, (problem, k), (touching_m, step_s))
-                    && !left_out[..kept].contains(&k)
+        // Without those left out, others that bore nothing may carry force: before that is settled, no motion counts.
+        for _ in 0..=PASSES {
+            let before = left_out.len();
+            for k in 0..island.pairs.len() {
+                let pair = &work.collision.contacts.pairs[island.pairs[k]];
+                if acts(problem, work, k)
                     && !rejoined.contains(&k)
                     && !meet(model, state, work, pair, &mut spent, |owner| free(model, state, work, owner))
                 {
                     left_out.push(k);
                 }
             }
-            if left_out.len() == kept {
+            if left_out.len() == before {
                 break;
             }
-            left_out[kept..].iter().for_each(|&k| open(problem, k));
+            left_out[before..].iter().for_each(|&k| open(problem, k));
             solve(model, work, problem, newton, v);
         }
-        if let (true, Some(hand)) = (island.hand, model.hand()) {
-            work.dynamics.kin.velocities(hand, &v[..problem.hand_dofs], &mut passing.links);
+        if left_out.is_empty() {
+            break;
         }
-        let Passing { left_out, rejoined, targets, links } = &mut passing;
+        if let (true, Some(hand)) = (island.hand, model.hand()) {
+            work.dynamics.kin.velocities(hand, &v[..problem.hand_dofs], links);
+        }
         let count = left_out.len();
         left_out.retain(|&k| {
             let pair = &work.collision.contacts.pairs[island.pairs[k]];
@@ -114,9 +101,7 @@ pub(super) fn leave_out(
         if left_out.len() == count {
             break;
         }
-        if left_out.is_empty() {
-            solve(model, work, problem, newton, v);
-        }
+        solve(model, work, problem, newton, v);
     }
     work.outcome.work += spent;
     work.passing = passing;
