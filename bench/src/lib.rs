@@ -10,6 +10,7 @@
 //! | `bench/src/engine/` | the interface to an engine, and our engine |
 //! | `bench/src/robust/` | random scenes, and one scene in many placements |
 //! | `bench/src/sweep/` | a case at many steps beside its bound |
+//! | `bench/src/run_log.rs` | finished runs in a file |
 //! | `bench/src/record/` | of which engine, models, machine and day a measured page is |
 
 pub mod audit;
@@ -30,6 +31,7 @@ pub mod recorder;
 pub mod rigs;
 pub mod robust;
 mod rolling_disc;
+pub mod run_log;
 #[cfg(test)]
 mod steady;
 pub mod sweep;

@@ -2,12 +2,10 @@
 
 use super::played::Point;
 use super::scenes::Scene;
-use anyhow::{Context, Result};
-use parking_lot::Mutex;
+use crate::run_log::{RunLog, is_of_commit};
+use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::io::Write;
 use std::path::Path;
 
 /// A line of the file.
@@ -33,34 +31,19 @@ fn key(case: &str, start: u32, dt_s: f64) -> Key {
 pub(super) struct Finished {
     commit: String,
     known: BTreeMap<Key, Line>,
-    log: Mutex<File>,
+    log: RunLog,
 }
 
 impl Finished {
-    /// Reads the runs of this commit. A program with changed files has no commit: its runs are played again.
+    /// Reads the runs of this commit.
     ///
     /// # Errors
     /// The file cannot be made or written.
     pub(super) fn open(path: &Path, commit: &str) -> Result<Self> {
-        let mut known = BTreeMap::new();
-        for line in fs::read_to_string(path).unwrap_or_default().lines() {
-            // The last line may have been cut off when the program was stopped.
-            let Ok(line) = serde_json::from_str::<Line>(line) else { continue };
-            if line.commit == commit && !commit.ends_with('+') {
-                known.insert(key(&line.case, line.start, line.dt_s), line);
-            }
-        }
-        if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        }
-        let mut log = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(path)
-            .with_context(|| format!("cannot write {}", path.display()))?;
-        // Ends a line that was cut off.
-        writeln!(log)?;
-        Ok(Finished { commit: commit.to_owned(), known, log: Mutex::new(log) })
+        let (log, lines) = RunLog::open::<Line>(path)?;
+        let lines = lines.into_iter().filter(|line| is_of_commit(&line.commit, commit));
+        let known = lines.map(|line| (key(&line.case, line.start, line.dt_s), line)).collect();
+        Ok(Finished { commit: commit.to_owned(), known, log })
     }
 
     /// The run of a scene at a step, if it is finished.
@@ -82,9 +65,7 @@ impl Finished {
             figure: Some(point.figure).filter(|it| it.is_finite()),
             bound: point.bound,
         };
-        // In one piece, so that lines of several threads stay whole.
-        let text = serde_json::to_string(&line)? + "\n";
-        Ok(self.log.lock().write_all(text.as_bytes())?)
+        self.log.add(&line)
     }
 }
 
@@ -92,6 +73,7 @@ impl Finished {
 mod tests {
     use super::*;
     use crate::sweep::played::scene;
+    use std::fs;
 
     #[test]
     fn runs_of_the_commit_are_known_after_a_stop() {
@@ -106,7 +88,6 @@ mod tests {
             finished.add(palm, 0, point).expect("written");
         }
         drop(finished);
-        fs::write(&file, fs::read_to_string(&file).expect("text") + "{\"commit\":\"abc").expect("cut off");
         for (commit, start, known) in
             [("abc", 0, true), ("abc", 1, false), ("def", 0, false), ("abc+", 0, false)]
         {
@@ -115,10 +96,6 @@ mod tests {
                 assert_eq!(finished.get(palm, start, point.dt_s), known.then_some(point), "{commit} {start}");
             }
         }
-        // The line that was cut off does not spoil the next one.
-        let last = Point { dt_s: 5e-3, figure: 2.0, bound: 1.0 };
-        Finished::open(&file, "abc").expect("a file").add(palm, 0, &last).expect("written");
-        assert_eq!(Finished::open(&file, "abc").expect("a file").get(palm, 0, 5e-3), Some(last));
         fs::remove_dir_all(folder).expect("removed");
     }
 }

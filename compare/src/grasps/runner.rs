@@ -7,10 +7,9 @@ use crate::trials::family::{Family, HandKind, Trial};
 use crate::trials::play::Fate;
 use anyhow::{Context, Result};
 use palmares_bench::machine;
+use palmares_bench::run_log::{RunLog, is_of_commit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -156,18 +155,15 @@ pub fn run(plan: &Plan, file: &Path) -> Result<Vec<Run>> {
         })
         .collect();
     let commit = machine::commit();
-    let mut known = known(file, &commit, plan.reuse_peers)?;
+    let (log, lines) = RunLog::open::<Line>(file)?;
+    let mut known = known(lines, &commit, plan.reuse_peers);
     let scenes: BTreeMap<Key, &str> = tasks.iter().map(|task| (task.key(), task.scene)).collect();
     known.retain(|key, run| scenes.get(key).is_some_and(|scene| *scene == run.scene));
     let open: Vec<&Task> = tasks.iter().filter(|task| !known.contains_key(&task.key())).collect();
     eprintln!("{} of {} grasps are to be played", open.len(), tasks.len());
-    if let Some(folder) = file.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    let mut log = OpenOptions::new().create(true).append(true).open(file)?;
     if !plan.count_only {
         play_all(plan, &open, |run| {
-            add(&mut log, &commit, &run)?;
+            log.add(&Line { commit: commit.clone(), run: run.clone() })?;
             known.insert(run.key(), run);
             Ok(())
         })?;
@@ -189,27 +185,12 @@ fn trials(plan: &Plan) -> Result<Vec<(Trial, String)>> {
     Ok(trials)
 }
 
-/// Runs of this commit in the file. A program with changed files has no commit: its runs are played again.
-fn known(file: &Path, commit: &str, reuse_peers: bool) -> Result<BTreeMap<Key, Run>> {
-    let mut known = BTreeMap::new();
-    let Ok(text) = fs::read_to_string(file) else { return Ok(known) };
-    for (k, line) in text.lines().enumerate() {
-        // The last line may have been cut off when the program was stopped.
-        let Ok(Line { commit: made_at, run }) = serde_json::from_str(line) else {
-            eprintln!("{}: line {} is not a run and is left out", file.display(), k + 1);
-            continue;
-        };
-        let same = made_at == commit && !commit.ends_with('+');
-        if same || (reuse_peers && run.engine != EngineKind::Own.name()) {
-            known.insert(run.key(), run);
-        }
-    }
-    Ok(known)
-}
-
-fn add(log: &mut File, commit: &str, run: &Run) -> Result<()> {
-    let line = Line { commit: commit.to_owned(), run: run.clone() };
-    Ok(writeln!(log, "{}", serde_json::to_string(&line)?)?)
+/// Runs of this commit; those of peers of any, if they are reused.
+fn known(lines: Vec<Line>, commit: &str, reuse_peers: bool) -> BTreeMap<Key, Run> {
+    let valid = |Line { commit: of, run }: &Line| {
+        is_of_commit(of, commit) || reuse_peers && run.engine != EngineKind::Own.name()
+    };
+    lines.into_iter().filter(valid).map(|line| (line.run.key(), line.run)).collect()
 }
 
 fn play_all(plan: &Plan, open: &[&Task], mut done: impl FnMut(Run) -> Result<()>) -> Result<()> {
@@ -286,6 +267,7 @@ impl Progress {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn plan(jobs: usize) -> Plan {
         Plan {
@@ -322,22 +304,19 @@ mod tests {
 
     #[test]
     fn runs_of_a_commit_are_known_and_those_of_changed_files_are_not() {
-        let file = std::env::temp_dir().join(format!("palmares-known-{}.jsonl", std::process::id()));
         let trial = &Trial::of(HandKind::SoftHand, Family::Ball, 1).expect("drawn")[0];
         let run = Task { trial, scene: "a", engine: EngineKind::Own, step_ms: 16.0, aside_um: 0.0 }
             .play(60.0)
             .expect("ours plays");
         let peer = Run { engine: "mujoco".into(), ..run.clone() };
-        let mut log = File::create(&file).expect("a file");
-        for commit in ["aaaa", "bbbb+"] {
-            add(&mut log, commit, &run).expect("written");
-        }
-        add(&mut log, "cccc", &peer).expect("written");
-        let count = |commit, reuse| known(&file, commit, reuse).expect("read").len();
+        let lines = || {
+            let lines = [("aaaa", &run), ("bbbb+", &run), ("cccc", &peer)];
+            lines.map(|(commit, run)| Line { commit: commit.to_owned(), run: run.clone() }).into()
+        };
+        let count = |commit, reuse| known(lines(), commit, reuse).len();
         assert_eq!(count("aaaa", false), 1);
         assert_eq!(count("bbbb+", false), 0);
         assert_eq!(count("dddd", false), 0);
         assert_eq!(count("dddd", true), 1);
-        fs::remove_file(&file).expect("written");
     }
 }

@@ -3,11 +3,10 @@
 
 use super::comparison::Run;
 use crate::engine::EngineKind;
-use anyhow::{Context, Result};
+use anyhow::Result;
+use palmares_bench::run_log::{RunLog, is_of_commit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::io::Write;
 use std::path::Path;
 
 /// A line of the file.
@@ -31,35 +30,24 @@ pub(super) struct OutcomeCache {
     commit: String,
     quick: bool,
     known: BTreeMap<Key, Run>,
-    log: File,
+    log: RunLog,
 }
 
 impl OutcomeCache {
     /// Reads the outcomes of this commit from the file; with `reuse_peers` also those of peers from any
-    /// commit, which count where the scene is still the same. A program with changed files has no commit: its runs are played again.
+    /// commit, which count where the scene is still the same.
     ///
     /// # Errors
     /// The file cannot be made or written.
     pub(super) fn open(file: &Path, commit: &str, quick: bool, reuse_peers: bool) -> Result<Self> {
         let mut known = BTreeMap::new();
-        let text = fs::read_to_string(file).unwrap_or_default();
-        for (k, line) in text.lines().enumerate() {
-            // The last line may have been cut off when the program was stopped.
-            let Ok(line) = serde_json::from_str::<Line>(line) else {
-                eprintln!("{}: line {} is not a run and is left out", file.display(), k + 1);
-                continue;
-            };
-            let same = line.commit == commit && !commit.ends_with('+');
-            let run = line.run;
-            if line.quick == quick && (same || reuse_peers && run.engine != EngineKind::Own.name()) {
+        let (log, lines) = RunLog::open::<Line>(file)?;
+        for Line { commit: of, quick: coarse, run } in lines {
+            let same = is_of_commit(&of, commit);
+            if coarse == quick && (same || reuse_peers && run.engine != EngineKind::Own.name()) {
                 known.insert(key(&run.case, &run.engine, &run.settings, run.dt_ms), run);
             }
         }
-        if let Some(folder) = file.parent() {
-            fs::create_dir_all(folder)?;
-        }
-        let log = OpenOptions::new().create(true).append(true).open(file);
-        let log = log.with_context(|| format!("cannot write {}", file.display()))?;
         Ok(OutcomeCache { commit: commit.to_owned(), quick, known, log })
     }
 
@@ -73,28 +61,28 @@ impl OutcomeCache {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn add(&mut self, run: &Run) -> Result<()> {
+    pub(super) fn add(&self, run: &Run) -> Result<()> {
         let line = Line { commit: self.commit.clone(), quick: self.quick, run: run.clone() };
-        Ok(writeln!(self.log, "{}", serde_json::to_string(&line)?)?)
+        self.log.add(&line)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn outcomes_of_the_commit_are_known_and_those_of_others_only_of_peers_and_on_request() {
         let folder = std::env::temp_dir().join(format!("palmares-kept-{}", std::process::id()));
         let file = folder.join("report.jsonl");
         let peer = EngineKind::all().find(|kind| *kind != EngineKind::Own).expect("a peer");
-        let mut kept = OutcomeCache::open(&file, "abc", false, false).expect("a file");
+        let kept = OutcomeCache::open(&file, "abc", false, false).expect("a file");
         for kind in [EngineKind::Own, peer] {
             assert!(kept.get("slide_stop", kind, 2.0, "scene").is_none());
             kept.add(&Run::begun("slide_stop", kind, 2.0, "scene")).expect("written");
         }
         drop(kept);
-        fs::write(&file, fs::read_to_string(&file).expect("text") + "{\"commit\":\"abc").expect("cut off");
         for (commit, quick, reuse, own, other) in [
             ("abc", false, false, true, true),
             ("abc", true, true, false, false),

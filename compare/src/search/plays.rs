@@ -8,10 +8,9 @@ use crate::trials::family::{Family, HandKind, Trial};
 use crate::trials::play::{Ending, Fate};
 use anyhow::{Context, Result};
 use palmares_bench::cases;
+use palmares_bench::run_log::RunLog;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::io::Write;
 use std::path::Path;
 
 /// The name under which the drawn grasps of the SoftHand are a scene of a search.
@@ -110,7 +109,7 @@ fn key(play: &Play) -> Key {
 /// The plays that are known, and the file that they are in.
 pub(super) struct Plays {
     lines: BTreeMap<Key, Line>,
-    log: File,
+    log: RunLog,
 }
 
 impl Plays {
@@ -119,15 +118,9 @@ impl Plays {
     /// # Errors
     /// It cannot be made.
     pub(super) fn open(file: &Path) -> Result<Self> {
-        let text = fs::read_to_string(file).unwrap_or_default();
-        // The last line may have been cut off when the program was stopped.
-        let lines = text.lines().filter_map(|line| serde_json::from_str::<Line>(line).ok());
-        let lines = lines.map(|line| (key(&line.play), line)).collect();
-        if let Some(folder) = file.parent() {
-            fs::create_dir_all(folder)?;
-        }
-        let log = OpenOptions::new().create(true).append(true).open(file);
-        Ok(Plays { lines, log: log.with_context(|| format!("cannot write {}", file.display()))? })
+        let (log, lines) = RunLog::open::<Line>(file)?;
+        let lines = lines.into_iter().map(|line| (key(&line.play), line)).collect();
+        Ok(Plays { lines, log })
     }
 
     pub(super) fn get(&self, wanted: &Wanted) -> Option<Play> {
@@ -139,7 +132,7 @@ impl Plays {
     pub(super) fn add(&mut self, wanted: &Wanted, play: Play) -> Result<()> {
         let (identity, version) = (wanted.scene.identity.clone(), wanted.version.to_owned());
         let line = Line { identity, version, play };
-        writeln!(self.log, "{}", serde_json::to_string(&line)?)?;
+        self.log.add(&line)?;
         self.lines.insert(key(&line.play), line);
         Ok(())
     }
