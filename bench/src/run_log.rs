@@ -18,10 +18,10 @@ impl RunLog {
     /// The file cannot be made or written.
     pub fn open<Line: DeserializeOwned>(path: &Path) -> Result<(Self, Vec<Line>)> {
         let mut lines = Vec::new();
-        for (k, line) in fs::read_to_string(path).unwrap_or_default().lines().enumerate() {
+        let text = fs::read_to_string(path).unwrap_or_default();
+        for (k, line) in text.lines().enumerate() {
             match serde_json::from_str(line) {
                 Ok(line) => lines.push(line),
-                Err(_) if line.is_empty() => {}
                 Err(_) => eprintln!("{}: line {} is not a run and is left out", path.display(), k + 1),
             }
         }
@@ -30,8 +30,10 @@ impl RunLog {
         }
         let file = OpenOptions::new().create(true).append(true).open(path);
         let mut file = file.with_context(|| format!("cannot write {}", path.display()))?;
-        // Ends a line that was cut off.
-        writeln!(file)?;
+        if !text.is_empty() && !text.ends_with('\n') {
+            // Ends a line that was cut off.
+            writeln!(file)?;
+        }
         Ok((RunLog(file), lines))
     }
 
