@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 import tomllib
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -98,6 +99,11 @@ def grasp(name: str, seed: int) -> Grasped:
         return Grasped(name, seed, summary.size_mm, body.mass, summary.score, summary.tries)
 
 
+def grasp_all(name: str) -> list[Grasped]:
+    """Play the runs of an object."""
+    return [grasp(name, seed) for seed in range(FIRST_SEED, FIRST_SEED + RUNS)]
+
+
 def line(runs: list[Grasped]) -> str:
     """Return an object's line of the table."""
     first, scores = runs[0], [run.score for run in runs]
@@ -142,13 +148,17 @@ def main() -> None:
         for kept in file.read_text().splitlines():
             run = Grasped(**json.loads(kept))
             runs.setdefault(run.name, []).append(run)
-    for name in options.only or known:
-        if name in runs or time.monotonic() - begun > options.for_s:
-            continue
-        runs[name] = [grasp(name, seed) for seed in range(FIRST_SEED, FIRST_SEED + RUNS)]
-        with file.open("a") as out:
-            out.writelines(json.dumps(asdict(run)) + "\n" for run in runs[name])
-        print(line(runs[name]), file=sys.stderr)
+    with ProcessPoolExecutor() as pool:
+        played = {pool.submit(grasp_all, name): name for name in options.only or known if name not in runs}
+        for future in as_completed(played):
+            if future.cancelled():
+                continue
+            found = runs[played[future]] = future.result()
+            with file.open("a") as out:
+                out.writelines(json.dumps(asdict(run)) + "\n" for run in found)
+            print(line(found), file=sys.stderr, flush=True)
+            if time.monotonic() - begun > options.for_s:
+                pool.shutdown(wait=False, cancel_futures=True)
     write(options.output, {name: line(found) for name, found in runs.items()})
     scores = [run.score for found in runs.values() for run in found]
     print(f"{len(runs)} of {len(known)} objects, {len(scores)} runs: {np.mean(scores):.2f} points on average")

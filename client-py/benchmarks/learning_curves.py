@@ -5,8 +5,11 @@
     python learning_curves.py --train cem --folder ../../docs/training --output learning_cem.svg
 
 A training is a file in the folder. It is made anew unless it is of the present engine, models and examples.
-A drawing has a line for each training, or for each kind of training its mean and 95 % interval. README.md in
-the folder has the scores.
+A drawing has a line for each training, or for each kind of training its mean, least and most. README.md in
+the folder has the scores; those of an earlier engine are in a section of their own.
+
+With `--train sample`, a sample is trained if the examples are those of the folder's trainings, and everything
+otherwise: an engine that learns otherwise shows in the sample.
 """
 
 from __future__ import annotations
@@ -14,11 +17,12 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
-import math
 import tempfile
 import time
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
+from itertools import chain
 from pathlib import Path
 from statistics import fmean as mean
 from typing import Any
@@ -41,8 +45,6 @@ HAND_TESTS = 40
 """Test scenes with each other hand"""
 PLANS, HORIZON, LIMIT_S = 16, 5, 20.0
 """Plans of `mppi_grasp`, their actions, and time of a run"""
-T_95 = {2: 12.71, 3: 4.30, 4: 3.18, 5: 2.78, 6: 2.57, 7: 2.45, 8: 2.36, 9: 2.31, 10: 2.26}
-"""Student's t of a two-sided 95 % interval, by the number of values"""
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,8 @@ GROUPS = {
     "mppi": [],
 }
 """Kinds of a drawing; planning learns nothing and has none"""
+SAMPLE, SAMPLE_SEEDS = ("cem", "lift", "sac"), range(1, 4)
+"""Kinds and seeds of a sample"""
 TITLES = {
     "cem": "One grasp by cross-entropy",
     "lift": "A policy from sensors, by PPO",
@@ -165,17 +169,10 @@ def of_kind(kind: str, folder: Path) -> list[dict[str, Any]]:
     return sorted(found, key=lambda training: int(training["seed"]))
 
 
-def half_interval(values: Sequence[float] | Array) -> float | None:
-    """Return half of the 95 % interval of a mean; ``None`` for numbers of values without a t."""
-    if len(values) not in T_95:
-        return None
-    return T_95[len(values)] * float(np.std(values, ddof=1)) / math.sqrt(len(values))
-
-
-def interval(values: Sequence[float], digits: int = 2) -> str:
-    """Return the mean and half of its 95 % interval."""
-    half = half_interval(values)
-    return f"{np.mean(values):.{digits}f}" + ("" if half is None else f" ± {half:.{digits}f}")
+def spread(values: Sequence[float], digits: int = 2) -> str:
+    """Return mean, least and most of a few values."""
+    least, most = min(values), max(values)
+    return f"{np.mean(values):.{digits}f} ({least:.{digits}f} … {most:.{digits}f})"
 
 
 def shares(training: dict[str, Any]) -> tuple[float, float]:
@@ -184,29 +181,30 @@ def shares(training: dict[str, Any]) -> tuple[float, float]:
     return 100.0 * float(np.mean(scores >= 1.0)), 100.0 * float(np.mean(scores > 7.0))
 
 
-def mean_rows(folder: Path) -> str:
+Trainings = dict[str, list[dict[str, Any]]]
+"""Trainings by their kind"""
+
+
+def mean_rows(trainings: Trainings) -> str:
     """Return the rows of the kinds: means over the seeds."""
     out = []
-    for kind in KINDS:
-        found = of_kind(kind, folder)
-        if not found:
-            continue
-        coarse = interval([mean(t["coarse"]) for t in found]) if found[0].get("coarse") else "–"
+    for kind, found in trainings.items():
+        coarse = spread([mean(t["coarse"]) for t in found]) if found[0].get("coarse") else "–"
         lifted, kept = zip(*(shares(training) for training in found), strict=True)
         runs, cpu_s = mean([t["curve"][-1]["episodes"] for t in found]), mean([t["cpu_s"] for t in found])
         out.append(
-            f"| {KINDS[kind].title} | {len(found)} | {interval([t['curve'][-1]['train'] for t in found])} "
-            f"| {interval([mean(t['scores']) for t in found])} | {coarse} "
-            f"| {interval(lifted, 0)} | {interval(kept, 0)} | {runs:.0f} | {cpu_s:.0f} |"
+            f"| {KINDS[kind].title} | {len(found)} | {spread([t['curve'][-1]['train'] for t in found])} "
+            f"| {spread([mean(t['scores']) for t in found])} | {coarse} "
+            f"| {spread(lifted, 0)} | {spread(kept, 0)} | {runs:.0f} | {cpu_s:.0f} |"
         )
     return "\n".join(out)
 
 
-def seed_rows(folder: Path) -> str:
+def seed_rows(trainings: Trainings) -> str:
     """Return the rows of the trainings."""
     out = []
-    for kind in KINDS:
-        for training in of_kind(kind, folder):
+    for kind, found in trainings.items():
+        for training in found:
             lifted, kept = shares(training)
             out.append(
                 f"| {KINDS[kind].title} | {training['seed']} | {mean(training['scores']):.2f} | {lifted:.0f} "
@@ -215,14 +213,14 @@ def seed_rows(folder: Path) -> str:
     return "\n".join(out)
 
 
-def hand_rows(folder: Path) -> str:
+def hand_rows(trainings: Trainings) -> str:
     """Return the rows of trainings with and without drawn hands."""
     out = []
     for kind in GROUPS["spread"]:
-        found = [training for training in of_kind(kind, folder) if "hands" in training]
+        found = [training for training in trainings.get(kind, []) if "hands" in training]
         if found:
             means = [
-                interval([mean(scores) for scores in column])
+                spread([mean(scores) for scores in column])
                 for column in (
                     [t["scores"] for t in found],
                     [t["hands"]["strong"] for t in found],
@@ -234,35 +232,51 @@ def hand_rows(folder: Path) -> str:
 
 
 def page(folder: Path) -> str:
-    """Return the page of all trainings in a folder, which must be of one engine to name it."""
-    found = [(KINDS[kind].module, training) for kind in KINDS for training in of_kind(kind, folder)]
-    planning = sorted(
-        (json.loads(p.read_text()) for p in folder.glob("mppi_*.json")), key=lambda t: int(t["seed"])
-    )
-    # The oldest engine is that of the page, so that a page of two is not called that of the last.
-    played = found + [("mppi_grasp", plan) for plan in planning]
-    old = [record for module, record in played if not is_current(record, module)]
-    record = old[0] if old else fields(PART)
+    """Return the page of all trainings in a folder, with a section for those of an earlier engine."""
+    plans = [json.loads(path.read_text()) for path in folder.glob("mppi_*.json")]
+    plans.sort(key=lambda plan: int(plan["seed"]))
+    sections = []
+    for now, title in ((True, "Learning curves"), (False, "Trainings of an earlier engine")):
+        of_engine = {
+            kind: [t for t in of_kind(kind, folder) if is_current(t, KINDS[kind].module) == now]
+            for kind in KINDS
+        }
+        trainings = {kind: found for kind, found in of_engine.items() if found}
+        planning = [plan for plan in plans if is_current(plan, "mppi_grasp") == now]
+        if trainings or planning:
+            # Of several earlier engines, the oldest training has a name.
+            records = [*chain.from_iterable(trainings.values()), *planning]
+            record = fields(PART) if now else min(records, key=lambda made: made["date"])
+            sections.append(section(title, line(record), trainings, planning))
+    return "\n".join(sections)
+
+
+def section(title: str, record: str, trainings: Trainings, planning: list[dict[str, Any]]) -> str:
+    """Return a section of the page."""
     text = f"""\
-# Learning curves
+# {title}
 
-{line(record)}
-
+{record}
+"""
+    if trainings:
+        text += f"""
 Trainings of the examples in [training.md](../training.md#examples-that-learn), one file each.
 `client-py/benchmarks/learning_curves.py --train all` trains, draws and writes this page.
 
 ## Means over the seeds
 
-± is half of a 95 % interval of the mean over the trainings (Student's t). *At the end*: score of the last
-update's runs, with exploration. *Score*: 100 test scenes with unseen objects, without exploration, with the
+Each cell has the mean over the trainings, and in brackets the least and the most. *At the end*: score of the
+last update's runs, with exploration. *Score*: 100 test scenes with unseen objects, without exploration, with the
 task's own steps of 1 ms. *5 ms*: the first 25 of them with the long steps of the training. *Lifted*: share of
 the 100 scenes in which the hand lifted the object. *Kept*: through the shake, too. CPU time includes the
 tests.
 
 | training | seeds | at the end | score | 5 ms | lifted, % | kept, % | runs | CPU time, s |
 |---|---|---|---|---|---|---|---|---|
-{mean_rows(folder)}
-
+{mean_rows(trainings)}
+"""
+    if hands := hand_rows(trainings):
+        text += f"""
 ## Drawn hands
 
 Scores of the grasps found by cross-entropy: with the hand of the training (100 scenes), with the stronger
@@ -271,7 +285,7 @@ motor (`{STRONG}`, {HAND_TESTS} scenes), and with hands drawn from the ranges of
 
 | training | `{HAND}` | `{STRONG}` | drawn hands |
 |---|---|---|---|
-{hand_rows(folder)}
+{hands}
 """
     if planning:
         table = "\n".join(f"| {t['seed']} | {t['score']:.2f} | {t['pace']:.3f} |" for t in planning)
@@ -285,15 +299,22 @@ motor (`{STRONG}`, {HAND_TESTS} scenes), and with hands drawn from the ranges of
 |---|---|---|
 {table}
 """
-    return (
-        text
-        + f"""
+    if trainings:
+        text += f"""
 ## Each training
 
 | training | seed | score | lifted | kept | runs | CPU time, s |
 |---|---|---|---|---|---|---|
-{seed_rows(folder)}
+{seed_rows(trainings)}
 """
+    return text
+
+
+def is_drawn(group: str, folder: Path) -> bool:
+    """Whether the folder has trainings of the present engine alone for a drawing."""
+    return all(
+        (found := of_kind(kind, folder)) and all(is_current(t, KINDS[kind].module) for t in found)
+        for kind in GROUPS[group]
     )
 
 
@@ -320,7 +341,8 @@ def draw(group: str, folder: Path, out: Path) -> None:
         left.plot(runs, values, color=colour, linewidth=2.0, label=KINDS[kind].title)
         means = np.array([np.mean(t["scores"]) for t in trainings])
         right.plot(np.full(len(means), place), means, ".", color=colour, alpha=0.6)
-        right.errorbar(place + 0.15, means.mean(), half_interval(means), fmt="o", color=colour, capsize=3)
+        beyond = [[means.mean() - means.min()], [means.max() - means.mean()]]
+        right.errorbar(place + 0.15, means.mean(), beyond, fmt="o", color=colour, capsize=3)
     left.set_title("training, with exploration", fontsize="medium")
     left.set_xlabel("runs played in training")
     left.set_ylabel("mean score, of 10")
@@ -336,32 +358,55 @@ def draw(group: str, folder: Path, out: Path) -> None:
     plt.close(figure)
 
 
+def controllers_are_known(folder: Path) -> bool:
+    """Whether the folder has a training of each kind with the present examples, of whatever engine."""
+    return all(
+        any(
+            training["models"]["controllers"] == fields_of(kind.module)["models"]["controllers"]
+            for training in of_kind(name, folder)
+        )
+        for name, kind in KINDS.items()
+    )
+
+
+def wanted(train: str, text: str, folder: Path) -> list[tuple[str, int]]:
+    """Return kinds and seeds of what is to be trained."""
+    if train == "sample" and controllers_are_known(folder):
+        return [(kind, seed) for kind in SAMPLE for seed in SAMPLE_SEEDS]
+    kinds = list(KINDS) if train in ("all", "sample") else GROUPS[train]
+    return [(kind, seed) for kind in kinds for seed in seeds(text)]
+
+
 def main() -> None:
     """Train what is missing, draw, and write the page."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--train", choices=[*GROUPS, "all"], required=True, help="what to train")
+    several = ("all", "sample")
+    parser.add_argument("--train", choices=[*GROUPS, *several], required=True, help="what to train")
     parser.add_argument("--seeds", default="1-5", help="a range (default 1-5)")
     parser.add_argument("--updates", type=int, help="updates of a training (default: that of the example)")
     parser.add_argument("--folder", type=output_folder, required=True, help="folder of the trainings")
     parser.add_argument(
-        "--output", type=Path, required=True, help="file for the drawing, SVG; a folder with `--train all`"
+        "--output", type=Path, required=True, help="file for the drawing, SVG; a folder for several drawings"
     )
     args = parser.parse_args()
-    (output_folder if args.train == "all" else output_file)(args.output)
-    for group in GROUPS if args.train == "all" else [args.train]:
-        for kind in GROUPS[group]:
-            for seed in seeds(args.seeds):
-                trained(kind, seed, args.updates, args.folder)
+    (output_folder if args.train in several else output_file)(args.output)
+    with ProcessPoolExecutor() as pool:
+        made = [
+            pool.submit(trained, kind, seed, args.updates, args.folder)
+            for kind, seed in wanted(args.train, args.seeds, args.folder)
+        ]
+        for training in made:
+            training.result()
+    for group in GROUPS if args.train in several else [args.train]:
         if group == "mppi":
             planned(args.folder)
+        elif is_drawn(group, args.folder):
+            out = args.output / f"learning_{group}.svg" if args.train in several else args.output
+            draw(group, args.folder, out)
         else:
-            draw(
-                group,
-                args.folder,
-                args.output / f"learning_{group}.svg" if args.train == "all" else args.output,
-            )
+            print(f"{TITLES[group]}: not drawn anew, trainings of an earlier engine are among its own")
     (args.folder / "README.md").write_text(page(args.folder))
 
 

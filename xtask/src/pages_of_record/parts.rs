@@ -216,7 +216,7 @@ fn training(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let pictures = pictures.parent().context("a folder")?;
     // stable-baselines3 is not installed unasked: PyTorch, which it needs, has gigabytes.
     let mut python = tools.benchmark("learning_curves.py", &[MATPLOTLIB])?;
-    python.args(["--train", "all", "--folder"]).arg(folder(part, tools)?);
+    python.args(["--train", "sample", "--folder"]).arg(folder(part, tools)?);
     python.arg("--output").arg(pictures);
     if tools.quick {
         python.args(["--seeds", "1-1", "--updates", "1"]);
