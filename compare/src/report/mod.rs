@@ -3,6 +3,8 @@
 pub mod claims;
 pub mod comparison;
 pub mod dominance;
+mod front_figure;
+mod front_table;
 mod judgement;
 mod outcome_cache;
 mod page;

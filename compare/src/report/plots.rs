@@ -16,7 +16,7 @@ const LEFT: i32 = 215;
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Colour of an engine; the three differ in lightness as well, for prints and for the colour-blind.
-fn colour(engine: &str) -> RGBColor {
+pub(super) fn colour(engine: &str) -> RGBColor {
     match engine {
         "own" => RGBColor(0, 90, 181),
         "rapier" => RGBColor(220, 120, 30),
@@ -77,9 +77,14 @@ fn compared(report: &Comparison) -> Vec<&str> {
     cases(report).into_iter().filter(|case| peer(case)).collect()
 }
 
+/// Makes the font of the pictures known.
+pub(super) fn register() -> Result<()> {
+    register_font(SANS, FontStyle::Normal, FONT).map_err(|_| anyhow!("the font is broken"))
+}
+
 /// One picture in a file.
 pub(crate) fn on_page(path: &Path, size: (u32, u32), draw: impl FnOnce(&Area) -> Result<()>) -> Result<()> {
-    register_font(SANS, FontStyle::Normal, FONT).map_err(|_| anyhow!("the font is broken"))?;
+    register()?;
     let root = SVGBackend::new(path, size).into_drawing_area();
     root.fill(&WHITE).map_err(failed)?;
     draw(&root)?;

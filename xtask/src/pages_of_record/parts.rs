@@ -63,6 +63,11 @@ fn page(part: &DeclaredPart, tools: &Tools) -> Result<PathBuf> {
     tools.place(part.pages.first().context("a part has a page")?)
 }
 
+/// Number of plays at once, where none is timed.
+fn jobs() -> String {
+    thread::available_parallelism().map_or(1, usize::from).to_string()
+}
+
 fn report(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut report = tools.compare()?;
     report.args(["report", "--part", &part.name, "--out"]).arg(folder(part, tools)?);
@@ -89,8 +94,7 @@ fn search(part: &DeclaredPart, tools: &Tools) -> Result<()> {
         search.arg("--runs").arg(tools.folder.join("quick-search.jsonl"));
         return played(&mut search);
     }
-    let jobs = thread::available_parallelism().map_or(1, usize::from).to_string();
-    search.args(["--jobs", &jobs]);
+    search.args(["--jobs", &jobs()]);
     played(&mut search)?;
     claims(tools)
 }
@@ -106,8 +110,7 @@ fn grasps(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     }
     // The peers' steps are those that README.md compares. The settings left out kept fewer in the count before, or none in the
     // search.
-    let jobs = thread::available_parallelism().map_or(1, usize::from).to_string();
-    grasps.args(["--jobs", &jobs, "--run-limit-s", "60", "--engine"]);
+    grasps.args(["--jobs", &jobs(), "--run-limit-s", "60", "--engine"]);
     let play = |more: &[&str]| -> Result<()> {
         let mut some = tools.compare()?;
         played(some.args(grasps.get_args()).args(more))
@@ -126,9 +129,12 @@ fn claims(tools: &Tools) -> Result<()> {
 fn sweep(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut sweep = tools.bench();
     sweep.arg("sweep").arg("--write").arg(page(part, tools)?);
+    sweep.args(["--threads", &jobs()]);
     if tools.quick {
         sweep.args(["bowling", "top_momentum", "--steps", "5"]);
         sweep.arg("--runs").arg(tools.folder.join("quick-sweep.jsonl"));
+    } else {
+        sweep.args(["--steps", "50"]);
     }
     played(&mut sweep)
 }
