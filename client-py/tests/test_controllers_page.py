@@ -34,6 +34,7 @@ class Scores:
         self.played: list[int] = []
 
     def __call__(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Played]]:
+        """Play the jobs."""
         for job in reversed(jobs):  # In any order.
             self.played.append(job.seed)
             score = self.of(job.seed)
