@@ -9,4 +9,4 @@ pub mod pages;
 mod stamp;
 
 pub use line::{BadLine, Line};
-pub use stamp::Record;
+pub use stamp::{Record, today};

@@ -12,6 +12,7 @@ mod passes;
 mod peer_result;
 pub(crate) mod plots;
 pub mod runner;
+mod sentinels;
 pub mod ticks;
 
 pub use comparison::Comparison;

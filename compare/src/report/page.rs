@@ -1,11 +1,13 @@
 //! The report as a page to read.
 
-use super::comparison::{Comparison, Run, Starts};
+use super::comparison::{Comparison, Run, Sentinels, Starts};
 use super::dominance::{PeerResult, SettingsResult, Verdict};
 use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
 use super::plots::{at_one_ms, cases, largest_usable, picture, without};
+use crate::peer_key::Kept;
 use palmares_bench::cases::{self as scenes, ASIDE_M};
 use palmares_bench::overlap;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Markdown.
@@ -70,6 +72,9 @@ fn head(page: &mut String, report: &Comparison) {
         report.run_limit_s,
         report.run_limit_by.words()
     );
+    if let Some(words) = kept(report) {
+        put!(page, "{words}\n");
+    }
     if report.quick {
         put!(page, "This is a quick report: few cases and steps, coarse references.\n");
     }
@@ -80,6 +85,38 @@ fn head(page: &mut String, report: &Comparison) {
         put!(page, "- {} did not run: {}", note.name, note.version);
     }
     page.push('\n');
+}
+
+/// Where the runs of peers are from that were not played for this page.
+fn kept(report: &Comparison) -> Option<String> {
+    let mut origins: BTreeMap<(&str, &str), (usize, Option<f64>)> = BTreeMap::new();
+    for Kept { commit, date, time_factor } in report.runs.iter().filter_map(|run| run.kept.as_ref()) {
+        let (count, factor) = origins.entry((date, commit)).or_default();
+        (*count, *factor) = (*count + 1, time_factor.or(*factor));
+    }
+    if origins.is_empty() {
+        return None;
+    }
+    let of = |((date, commit), (count, factor)): (&(&str, &str), &(usize, Option<f64>))| {
+        let times = factor.map_or(String::new(), |factor| format!(", times × {factor:.3}"));
+        format!("{count} runs of commit {commit} of {date}{times}")
+    };
+    let origins: Vec<String> = origins.iter().map(of).collect();
+    let sentinels = match report.sentinels {
+        None => String::new(),
+        Some(Sentinels { played, time_ratio: None, .. }) => {
+            format!("; {played} of them, played again, have the same outcomes")
+        }
+        Some(Sentinels { played, spread, .. }) => format!(
+            "; {played} of them, played again, have the same outcomes and give the factor of the times, within {:.1} % in the middle \
+             half",
+            100.0 * spread
+        ),
+    };
+    Some(format!(
+        "Peers do not change with our engine, and their runs are kept: {}{sentinels}.",
+        origins.join("; ")
+    ))
 }
 
 fn dominance(page: &mut String, report: &Comparison) {
@@ -191,16 +228,6 @@ fn settings(page: &mut String, report: &Comparison) {
     put!(page, "## The engines and their settings\n");
     for note in report.engines.iter().filter(|note| note.ran) {
         put!(page, "**{}** {}; reference runs at {} ms", note.name, note.version, note.reference_ms);
-        if let Some(kept) = &note.kept_from {
-            put!(
-                page,
-                "- its runs and their times are those of commit {} on {}; each had {} s {}",
-                kept.commit,
-                kept.processor,
-                kept.run_limit_s,
-                kept.run_limit_by.words()
-            );
-        }
         for line in &note.notes {
             put!(page, "- {line}");
         }

@@ -1,7 +1,7 @@
 //! The commands of each part. In the quick form each plays what is shortest.
 
 use super::declared::DeclaredPart;
-use super::tools::{Tools, played};
+use super::tools::{Anew, Tools, played};
 use crate::cargo::build_server;
 use crate::pages::{self, Wanted};
 use anyhow::{Context, Result};
@@ -81,6 +81,7 @@ fn report(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     if !part.steps_ms.is_empty() {
         report.args(["--steps-ms", &part.steps_ms]);
     }
+    report.args(tools.anew.flag());
     played(&mut report)?;
     claims(tools)
 }
@@ -104,20 +105,16 @@ fn grasps(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     grasps.arg("grasps").arg("--out").arg(folder(part, tools)?);
     if tools.quick {
         grasps.args(["--placements", "1", "--family", "ball", "--hand", "softhand", "--steps-ms", "4"]);
-        grasps.args(["--settings", "default", "--run-limit-s", "10"]);
+        grasps.args(["--peer-steps-ms", "4", "--settings", "default", "--run-limit-s", "10"]);
         grasps.arg("--runs").arg(tools.folder.join("quick-grasps.jsonl"));
         return played(&mut grasps);
     }
-    // The peers' steps are those that README.md compares. The settings left out kept fewer in the count before, or none in the
-    // search.
-    grasps.args(["--jobs", &jobs(), "--run-limit-s", "60", "--engine"]);
-    let play = |more: &[&str]| -> Result<()> {
-        let mut some = tools.compare()?;
-        played(some.args(grasps.get_args()).args(more))
-    };
-    play(&["own"])?;
-    play(&["rapier,mujoco", "--hand", "softhand", "--steps-ms", "1,2,4", "--settings", GRASP_SETTINGS])?;
-    play(&["own,rapier,mujoco", "--settings", GRASP_SETTINGS, "--count-only"])?;
+    // The settings left out kept fewer in the count before, or none in the search.
+    grasps.args(["--jobs", &jobs(), "--run-limit-s", "60", "--settings", GRASP_SETTINGS]);
+    if tools.anew == Anew::Peers {
+        grasps.args(tools.anew.flag());
+    }
+    played(&mut grasps)?;
     claims(tools)
 }
 
