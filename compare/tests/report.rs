@@ -108,6 +108,28 @@ fn a_sentinel_that_plays_otherwise_is_an_error() {
     );
 }
 
+#[test]
+fn a_second_count_of_grasps_plays_ours_and_sentinels() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (out, runs) = (folder.path().join("out"), folder.path().join("runs.jsonl"));
+    let count = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_palmares-compare"));
+        command.args(["grasps", "--engine", "own,rapier", "--settings", "default", "--hand", "softhand"]);
+        command.args(["--family", "ball", "--placements", "1", "--steps-ms", "16", "--peer-steps-ms", "16"]);
+        // In a build for tests it does not end in this time: an ending as any other.
+        command.args(["--run-limit-s", "1", "--out"]).arg(&out).arg("--runs").arg(&runs);
+        assert!(command.status().expect("it starts").success());
+        let text = fs::read_to_string(&runs).expect("it wrote runs");
+        fs::remove_file(&runs).expect("it is there");
+        let engine = |line: &str| serde_json::from_str::<Value>(line).expect("JSON")["run"]["engine"].clone();
+        text.lines().map(engine).collect::<Vec<_>>()
+    };
+    assert_eq!(count(), ["own", "rapier"]);
+    assert_eq!(count(), ["own"]);
+    let page = fs::read_to_string(out.join("README.md")).expect("written");
+    assert!(page.contains("1 runs of commit") && page.contains("rapier `default`"), "{page}");
+}
+
 /// rapier does not return from a step of this scene.
 #[test]
 fn a_run_that_never_ends_is_not_finished_and_the_next_one_is_played() {

@@ -29,27 +29,31 @@ pub struct Cell {
     pub overlap_mm: Option<f64>,
 }
 
+/// The letter of an ending in [`Cell::endings`].
+pub(super) fn letter(ending: Ending) -> char {
+    match ending {
+        Ending::Kept => 'k',
+        Ending::Overlapping => 'o',
+        Ending::NotLifted => 'l',
+        Ending::LostHeld => 'h',
+        Ending::LostShaken => 's',
+        Ending::Diverged => 'd',
+        Ending::NotFinished => 'n',
+    }
+}
+
 impl Cell {
     /// Counts the runs of a family in an engine at one step.
     pub fn of(step_ms: f64, mut runs: Vec<&Run>) -> Self {
         runs.sort_by_key(|run| run.index);
         let count = Count::of(runs.iter().copied());
-        let letter = |run: &&Run| match run.fate.ending {
-            Ending::Kept => 'k',
-            Ending::Overlapping => 'o',
-            Ending::NotLifted => 'l',
-            Ending::LostHeld => 'h',
-            Ending::LostShaken => 's',
-            Ending::Diverged => 'd',
-            Ending::NotFinished => 'n',
-        };
         let there = |run: &&&Run| matches!(run.fate.ending, Ending::Kept | Ending::Overlapping);
         let mut depths: Vec<f64> = runs.iter().filter(there).map(|run| run.fate.overlap_mm).collect();
         depths.sort_by(f64::total_cmp);
         let keys: Option<Vec<String>> = runs.iter().map(|run| run.key.clone()).collect();
         Cell {
             step_ms,
-            endings: runs.iter().map(letter).collect(),
+            endings: runs.iter().map(|run| letter(run.fate.ending)).collect(),
             count,
             key: keys.filter(|keys| !keys.is_empty()).map(|keys| scene_id::of_all(&keys)),
             kept: None,

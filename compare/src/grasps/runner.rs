@@ -1,14 +1,14 @@
 //! Plays many grasps on several threads, keeps the finished ones in a file, and continues from there.
 
-use super::cell::Cell;
+use super::cell::{Cell, letter};
 use super::run::Run;
 use crate::child;
 use crate::engine::EngineKind;
 use crate::peer_key::PeerRun;
 use crate::scene_id::{self, AskedTrial};
 use crate::trials::family::{Family, HandKind, Trial};
-use crate::trials::play::{Fate, rules};
-use anyhow::{Context, Result};
+use crate::trials::play::{Ending, Fate, rules};
+use anyhow::{Context, Result, ensure};
 use palmares_bench::machine;
 use palmares_bench::run_log::{RunLog, is_of_commit};
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
+/// Number of kept grasps that are played again.
+const SENTINELS: usize = 10;
 /// Interval of the progress messages.
 const REPORTED_EVERY: Duration = Duration::from_secs(10);
 
@@ -141,12 +143,15 @@ pub fn run(plan: &Plan, file: &Path, kept: &BTreeMap<String, Cell>) -> Result<Ou
         cells.entry((task.of(), ns(task.step_ms))).or_default().push(task);
     }
     let mut kept_cells = BTreeMap::new();
+    let mut kept_tasks = Vec::new();
     for (of, tasks) in cells {
         let keys: Option<Vec<String>> = tasks.iter().map(|task| task.peer_key.clone()).collect();
         if let Some(cell) = keys.and_then(|keys| kept.get(&scene_id::of_all(&keys))) {
             kept_cells.insert(of, cell.clone());
+            kept_tasks.push((tasks, &*cell.endings));
         }
     }
+    sentinels(&kept_tasks, plan.run_limit_s)?;
     let commit = machine::commit();
     let (log, lines) = RunLog::open::<Line>(file)?;
     let mut known = known(lines, &commit, plan.peers_anew);
@@ -165,6 +170,30 @@ pub fn run(plan: &Plan, file: &Path, kept: &BTreeMap<String, Cell>) -> Result<Ou
     })?;
     let kept = kept_cells.into_iter().map(|((of, _), cell)| KeptCell { of, cell }).collect();
     Ok(Outcomes { runs: tasks.iter().filter_map(|task| known.get(&task.place()).cloned()).collect(), kept })
+}
+
+/// Plays some of the kept grasps again: one of each of [`SENTINELS`] cells, another place of the draw in each.
+///
+/// # Errors
+/// One ends otherwise.
+fn sentinels(cells: &[(Vec<&Task>, &str)], run_limit_s: f64) -> Result<()> {
+    let count = cells.len().min(SENTINELS);
+    for k in 0..count {
+        let (tasks, endings) = &cells[k * cells.len() / count];
+        let place = k * tasks.len() / count;
+        let (task, kept) = (tasks[place], endings.chars().nth(place));
+        // What did not end in its time may do so today.
+        if kept == Some(letter(Ending::NotFinished)) {
+            continue;
+        }
+        let now = letter(task.play(run_limit_s)?.fate.ending);
+        ensure!(
+            kept == Some(now),
+            "{:?} ends with `{now}`, and {kept:?} is kept: --peers-anew plays all grasps of peers again",
+            task.place()
+        );
+    }
+    Ok(())
 }
 
 /// All runs of a plan.
@@ -361,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peer_plays_what_no_kept_cell_has_and_ours_plays_everything() {
+    fn peers_play_at_their_steps_and_each_of_their_runs_has_a_key() {
         let rapier = EngineKind::from_names("rapier", None).expect("it is known");
         let engines = vec![EngineKind::Own, rapier];
         let plan = Plan { engines, steps_ms: vec![8.0, 16.0], peer_steps_ms: vec![16.0], ..plan(1) };
@@ -369,14 +398,22 @@ mod tests {
         let tasks = tasks(&plan, &trials).expect("a plan");
         let of = |engine: &str| tasks.iter().filter(|task| task.engine.name() == engine).count();
         assert_eq!((of("own"), of("rapier")), (4, 2), "two grasps, ours at both steps");
-        let keys: Vec<String> = tasks.iter().filter_map(|task| task.peer_key.clone()).collect();
-        let kept = BTreeMap::from([(scene_id::of_all(&keys), Cell::of(16.0, Vec::new()))]);
-        let file = tempfile::tempdir().expect("a folder");
-        let file = file.path().join("grasps.jsonl");
-        // rapier is played in a child, which a test cannot start: it would be an error.
-        let outcomes = run(&plan, &file, &kept).expect("ours plays");
-        assert_eq!((outcomes.runs.len(), outcomes.kept.len()), (4, 1));
-        assert_eq!(outcomes.kept[0].of, ["softhand", "ball", "rapier", "default"].map(str::to_owned));
-        assert!(run(&plan, &file, &BTreeMap::new()).is_err(), "nothing is kept, and rapier is to play");
+        for task in &tasks {
+            assert_eq!(task.peer_key.is_some(), task.engine.name() == "rapier");
+        }
+        let aside = super::tasks(&Plan { aside_um: 1.0, ..plan }, &trials).expect("a plan");
+        assert!(aside.iter().zip(&tasks).all(|(a, b)| a.peer_key.is_none() || a.peer_key != b.peer_key));
+    }
+
+    #[test]
+    fn a_kept_grasp_that_ends_otherwise_is_an_error() {
+        let trials = trials(&plan(1)).expect("drawn");
+        let tasks = tasks(&Plan { steps_ms: vec![16.0], ..plan(1) }, &trials).expect("a plan");
+        let played: String =
+            tasks.iter().map(|task| letter(task.play(60.0).expect("ours plays").fate.ending)).collect();
+        let tasks: Vec<&Task> = tasks.iter().collect();
+        sentinels(&[(tasks.clone(), &played)], 60.0).expect("the same");
+        let other = sentinels(&[(tasks, "nn")], 60.0).expect_err("another ending").to_string();
+        assert!(other.contains("--peers-anew"), "{other}");
     }
 }

@@ -17,6 +17,9 @@ pub const FORMAT: u32 = 2;
 pub struct Comparison {
     /// [`FORMAT`].
     pub format: u32,
+    /// The part of the pages of record.
+    #[serde(default)]
+    pub part: String,
     /// Fewer cases, steps and repeats than a full report.
     pub quick: bool,
     /// Engine, models, commit, day and machine.
@@ -285,11 +288,20 @@ impl Run {
         self.cpu_bare_s.unwrap_or(self.cpu_s)
     }
 
+    /// Whether it is more than a metre from its own fine run: the number has no meaning, there are two outcomes.
+    pub(super) fn ends_otherwise(&self) -> bool {
+        let figure = self.error.as_ref().filter(|figure| figure.from_own_fine_run && figure.unit == "mm");
+        figure.and_then(|figure| figure.value).is_some_and(|mm| mm.abs() > OTHERWISE_MM)
+    }
+
     /// Difference from the engine's own run at a far smaller step, if that is the figure.
     pub fn difference(&self) -> Option<f64> {
         self.error.as_ref().filter(|figure| figure.from_own_fine_run)?.value
     }
 }
+
+/// A difference from the own fine run beyond this is another outcome, mm.
+pub(super) const OTHERWISE_MM: f64 = 1e3;
 
 /// Every word once, in the order in which they come.
 pub(super) fn distinct<'a>(words: impl Iterator<Item = &'a String>) -> Vec<&'a str> {

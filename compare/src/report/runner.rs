@@ -218,6 +218,7 @@ pub fn write(options: &ComparisonOptions) -> Result<Comparison> {
     let results = peer_results(&runs, EngineKind::Own.name(), &peers);
     let comparison = Comparison {
         format: FORMAT,
+        part: options.part.clone(),
         quick,
         record,
         repeats,
