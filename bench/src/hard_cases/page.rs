@@ -62,9 +62,10 @@ pub(super) fn page(record: &str, steps_s: &[f64], rows: &[HardRow], peers: &Peer
         steps_s.len(),
         long(rows),
     );
-    text += "A peer's best is the longest step at which a committed [report](README.md) says that it solves the scene, with the smallest \
-         error there and its distance to our bound. To solve a scene, the report asks for less than our bound. A case that no report \
-         has is *not played*.\n\n";
+    text += "Peers at their best: the longest step at which a committed [report](README.md) says that a run solves the scene, and the \
+         smallest error of such a run with its distance to our bound. To solve a scene, the report asks for less than our bound. Where a \
+         bound follows from the stiffness of our contacts, as that of an overlap, the distance of a peer says how soft its contacts are. A \
+         case that no report has is *not played*.\n\n";
     let _ = writeln!(
         text,
         "{within} of {} cases are within their bounds at every claimed step and start.\n",
@@ -175,19 +176,19 @@ fn best(case: &str, peers: &Peers) -> String {
     let words = |(name, best): &(&str, Best)| match best {
         Best::Fails => format!("{name}: at no step"),
         Best::Unfinished => format!("{name}: unfinished"),
-        Best::Solves(run, error) => {
-            let value = error.value.unwrap_or(f64::INFINITY);
-            let bound = bound(case, 1e-3 * run.dt_ms).or(error.within);
-            let distance = bound
-                .filter(|bound| *bound > 0.0)
-                .map(|bound| format!(", distance {}", part(value.abs() / bound)));
+        Best::Solves { longest, nearest, figure } => {
+            let value = figure.value.unwrap_or(f64::INFINITY);
+            let bound = bound(case, 1e-3 * nearest.dt_ms).or(figure.within).filter(|bound| *bound > 0.0);
+            let distance =
+                bound.map_or(String::new(), |bound| format!(", distance {}", part(value.abs() / bound)));
             format!(
-                "{name} `{}`: {} ms, {} {}{}",
-                run.settings,
-                run.dt_ms,
+                "{name}: to {} ms with `{}`; least {} {} with `{}` at {} ms{distance}",
+                longest.dt_ms,
+                longest.settings,
                 number(value),
-                error.unit,
-                distance.unwrap_or_default()
+                figure.unit,
+                nearest.settings,
+                nearest.dt_ms
             )
         }
     };

@@ -69,8 +69,15 @@ pub(super) struct Peers(Vec<PeerRun>);
 
 /// What a peer has done at its best.
 pub(super) enum Best<'a> {
-    /// The run at its longest step that solves the scene; of several settings the one with the smallest error.
-    Solves(&'a PeerRun, &'a Figure),
+    /// Of the runs that solve the scene, the one at the longest step, and the one with the smallest error, with it.
+    Solves {
+        /// Of several settings the one with the smaller error.
+        longest: &'a PeerRun,
+        /// Of several steps the longest.
+        nearest: &'a PeerRun,
+        /// The smallest error.
+        figure: &'a Figure,
+    },
     /// None of its runs solves the scene.
     Fails,
     /// None solves it, and some did not end in their time.
@@ -101,13 +108,18 @@ impl Peers {
         names.dedup();
         let best = |name: &&str| {
             let runs = || played().filter(|run| run.engine == **name);
-            let better = |a: &&PeerRun, b: &&PeerRun| {
-                a.dt_ms.total_cmp(&b.dt_ms).then(b.figure().total_cmp(&a.figure()))
-            };
-            match runs().filter(|run| run.solves()).max_by(better).map(|run| (run, run.error.as_ref())) {
-                Some((run, Some(error))) => Best::Solves(run, error),
-                _ if runs().any(|run| run.unfinished) => Best::Unfinished,
-                _ => Best::Fails,
+            let solve = || runs().filter(|run| run.solves());
+            let by_step = |a: &&PeerRun, b: &&PeerRun| a.dt_ms.total_cmp(&b.dt_ms);
+            let by_error = |a: &&PeerRun, b: &&PeerRun| b.figure().total_cmp(&a.figure());
+            let longest = solve().max_by(|a, b| by_step(a, b).then(by_error(a, b)));
+            let nearest = solve().max_by(|a, b| by_error(a, b).then(by_step(a, b)));
+            match longest
+                .zip(nearest)
+                .and_then(|(longest, nearest)| Some((longest, nearest, nearest.error.as_ref()?)))
+            {
+                Some((longest, nearest, figure)) => Best::Solves { longest, nearest, figure },
+                None if runs().any(|run| run.unfinished) => Best::Unfinished,
+                None => Best::Fails,
             }
         };
         names.iter().map(|name| (*name, best(name))).collect()
@@ -133,18 +145,20 @@ mod tests {
     }
 
     #[test]
-    fn the_best_is_the_longest_step_that_solves_the_scene_with_the_smallest_error() {
+    fn the_best_are_the_longest_step_and_the_smallest_error_of_the_runs_that_solve_the_scene() {
         let runs = vec![
             run("soft", 2.0, 0.1, None),
+            run("soft", 1.0, -0.1, None),
             run("stiff", 4.0, -0.3, None),
             run("hard", 4.0, 0.2, None),
-            run("hard", 8.0, 0.1, Some("object lost")),
+            run("hard", 8.0, 0.01, Some("object lost")),
         ];
         let peers = Peers(runs);
-        let best = peers.of("mass_ratio");
-        assert!(
-            matches!(&best[..], [("peer", Best::Solves(run, _))] if run.settings == "hard" && run.dt_ms == 4.0)
-        );
+        let [("peer", Best::Solves { longest, nearest, figure })] = &peers.of("mass_ratio")[..] else {
+            panic!("it solves the scene");
+        };
+        assert_eq!((&*longest.settings, longest.dt_ms), ("hard", 4.0));
+        assert_eq!((&*nearest.settings, nearest.dt_ms, figure.value), ("soft", 2.0, Some(0.1)));
         assert!(peers.of("kapla").is_empty());
     }
 
