@@ -14,13 +14,14 @@ use std::thread;
 type Make = fn(&DeclaredPart, &Tools) -> Result<()>;
 
 /// The parts by name.
-pub(super) const COMMANDS: [(&str, Make); 14] = [
+pub(super) const COMMANDS: [(&str, Make); 15] = [
     ("report", report),
     ("further", report),
     ("hand_scenes", report),
     ("search", search),
     ("grasps", grasps),
     ("sweep", sweep),
+    ("hard", hard),
     ("validation", validation),
     ("cameras", cameras),
     ("throughput", throughput),
@@ -134,6 +135,16 @@ fn sweep(part: &DeclaredPart, tools: &Tools) -> Result<()> {
         sweep.args(["--steps", "50"]);
     }
     played(&mut sweep)
+}
+
+fn hard(part: &DeclaredPart, tools: &Tools) -> Result<()> {
+    let mut hard = tools.bench();
+    hard.arg("hard-cases").arg("--write").arg(page(part, tools)?);
+    if tools.quick {
+        hard.args(["touching_faces", "singular_arm", "--steps", "2"]);
+        hard.arg("--runs").arg(tools.folder.join("quick-sweep.jsonl"));
+    }
+    played(&mut hard)
 }
 
 fn validation(part: &DeclaredPart, tools: &Tools) -> Result<()> {
