@@ -58,10 +58,12 @@ impl PeerRun<'_> {
         hash.text(&self.kind.options());
         hash.text(self.scene);
         hash.count(adapter.revision as usize);
-        let needs: Vec<Feature> = self.needs.iter().copied().collect();
-        hash.list(&needs, |hash, feature| {
+        // The first revision of a feature is the adapter as it is: a feature that gets a name of its own makes no run old.
+        let revised = self.needs.iter().map(|feature| (*feature, adapter.revision_of(*feature)));
+        let revised: Vec<_> = revised.filter(|(_, revision)| *revision != Some(1)).collect();
+        hash.list(&revised, |hash, (feature, revision)| {
             hash.text(&format!("{feature:?}"));
-            hash.count(adapter.revision_of(*feature).unwrap_or_default() as usize);
+            hash.count(revision.unwrap_or_default() as usize);
         });
         hash.floats(&[self.step_ms, self.reference_ms, self.run_limit_s, ASIDE_M]);
         hash.text(self.judged_by);

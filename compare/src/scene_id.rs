@@ -7,7 +7,7 @@ use crate::trials::scene::scene;
 use anyhow::{Result, bail};
 use palmares_bench::case_report::Figure;
 use palmares_bench::cases::{Case, Setup};
-use palmares_bench::engine::{Cost, Engine, EngineFactory};
+use palmares_bench::engine::{Cost, Engine, EngineFactory, RIGID};
 use palmares_bench::recorder::Recorder;
 use palmares_models::content::ContentHash;
 use palmares_sim::{Command, Model, State, StepOutcome};
@@ -19,6 +19,9 @@ use std::sync::Arc;
 const STEP_S: f64 = 4e-3;
 /// Commands beyond these do not count.
 const MOST_STEPS: u64 = 20_000;
+/// Stands for the stiffness of all contacts that are not rigid, N/m: how stiff they are is a matter of our engine, and peers
+/// have their own.
+const SOFT: f64 = 2e5;
 /// Number of its digits, and of those of a key.
 const DIGITS: usize = 16;
 
@@ -110,7 +113,8 @@ pub(crate) fn digits(hash: ContentHash) -> String {
 
 fn begin(hash: &mut ContentHash, model: &Model, state: &State) {
     let config = model.config();
-    hash.floats(&[config.contact_stiffness, config.step_s]);
+    let stiffness = if config.contact_stiffness >= RIGID { RIGID } else { SOFT };
+    hash.floats(&[stiffness, config.step_s]);
     hash.text(&format!("{:?}", config.base));
     // An adapter reads these numbers of the hand, and the document does not have them.
     if let Some(hand) = model.hand() {
@@ -193,6 +197,9 @@ mod tests {
     use super::*;
     use crate::trials::family::{Family, HandKind};
     use palmares_bench::cases;
+    use palmares_bench::rigs::softhand;
+    use palmares_models::Pose;
+    use palmares_sim::Config;
 
     fn asked(name: &str) -> Asked {
         of_case(cases::all().find(|case| case.name == name).expect("there is such a case"))
@@ -234,6 +241,22 @@ mod tests {
             assert_eq!(asked(case).refused, BTreeMap::new(), "{case}");
         }
         assert_eq!(asked("syn_push_locked_motor").refused.len(), 1, "MuJoCo gets no forces from outside");
+    }
+
+    /// Peers have contacts of their own, which are stiff between rigid bodies.
+    #[test]
+    fn the_stiffness_of_our_contacts_is_no_part_of_a_scene() {
+        let identity = |contact_stiffness: f64| {
+            let config = Config { contact_stiffness, ..Config::default() };
+            let model = Model::new(config, Some(softhand().expect("built in"))).expect("a sound hand");
+            let state = State::at_rest(&model, Pose::IDENTITY, &[]);
+            let mut hash = ContentHash::default();
+            begin(&mut hash, &model, &state);
+            digits(hash)
+        };
+        let ours = Config::default().contact_stiffness;
+        assert_eq!(identity(ours), identity(10.0 * ours));
+        assert_ne!(identity(ours), identity(RIGID));
     }
 
     #[test]
