@@ -10,6 +10,7 @@
 //! | `bench/src/engine/` | the interface to an engine, and our engine |
 //! | `bench/src/robust/` | random scenes, and one scene in many placements |
 //! | `bench/src/sweep/` | a case at many steps beside its bound |
+//! | `bench/src/hard_cases/` | hard cases at ten steps from many starts, beside other engines |
 //! | `bench/src/run_log.rs` | finished runs in a file |
 //! | `bench/src/record/` | of which engine, models, machine and day a measured page is |
 
@@ -21,6 +22,7 @@ pub mod energy;
 pub mod engine;
 #[cfg(test)]
 mod gates;
+pub mod hard_cases;
 pub mod machine;
 pub mod measured;
 pub mod monitor;

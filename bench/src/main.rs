@@ -6,6 +6,7 @@ use palmares_bench::cases;
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::command::CaseOptions;
 use palmares_bench::engine::OwnFactory;
+use palmares_bench::hard_cases::HardCasesOptions;
 use palmares_bench::record::{Record, list};
 use palmares_bench::rigs;
 use palmares_bench::robust::{self, heaps, placements};
@@ -45,6 +46,8 @@ enum Command {
     Robust(RobustOptions),
     /// Play cases at many steps and print how far they are from their bounds: hours for all of them at 200 steps.
     Sweep(SweepOptions),
+    /// Play the hard cases at ten steps from up to eight starts, and print how far they are from their bounds.
+    HardCases(HardCasesOptions),
     /// Run one case and print its report.
     Case(CaseOptions),
 }
@@ -109,6 +112,7 @@ fn main() -> Result<()> {
         Command::Pages { write } => list::check(write),
         Command::Robust(options) => robust(&options),
         Command::Sweep(options) => options.run(),
+        Command::HardCases(options) => options.run(),
         Command::Case(options) => options.run(&OwnFactory),
     }
 }

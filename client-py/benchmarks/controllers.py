@@ -4,8 +4,8 @@
     python controllers.py --only shelf_softhand       one; the other lines stay
     python controllers.py --for-s 240                 stops after four minutes; the next call continues
 
-A controller plays 20 seeds at a time, on all cores, until half of the 95 % interval of its mean is at most 3 % of
-the task's full score, or until the seeds end.
+A controller plays 20 seeds at a time, on all cores, until half of the 95 % interval of its mean is at most
+3 % of the task's full score, or until the seeds end.
 
 Finished runs are stored in `target/controllers`, under a digest of the controller's source. Before their use
 the worst one is played again. If it does not end in the same state, bit for bit, something else has changed
@@ -59,16 +59,16 @@ HEAD = """\
 
 {record}
 
-Scores over held-out scenes, one run each, from the first of the seeds {seeds} on: 20 at a time, until half of
-the 95 % interval of the mean is at most 3 % of the full score. Measure your own controller with
+Scores over held-out scenes, one run each, from the first of the seeds {seeds} on: 20 at a time, until
+half of the 95 % interval of the mean is at most 3 % of the full score. Measure your own controller with
 
 ```
 palmares evaluate my_controller.py --seeds {seeds} --markdown FILE
 ```
 
 At most there are 10 points in balls and in grasp, 50 in the shelf. *95 %* is an interval of the mean, by
-bootstrap over the scenes. Runs that all end alike do not exclude rarer ends: of n such scenes, one of n / 3 may
-still end otherwise. If a controller fails, the referee scores the objects where they are.
+bootstrap over the scenes. Where all n runs end alike, up to 3 / n of all scenes may still end otherwise. If a
+controller fails, the referee scores the objects where they are.
 `client-py/benchmarks/controllers.py` plays and writes the table.
 
 The scores do not depend on the processor ([why](python.md#the-same-bits-on-every-machine)). Before the table
@@ -149,7 +149,9 @@ class Runs:
         """Play seeds and yield the runs as they end."""
         jobs = [Job(self.controller, None, None, seed, self.url) for seed in wanted]
         for _, run in self.pool(jobs):
-            print(f"{self.name}: seed {run.seed}: {run.error or f'{run.score:g}'}", file=sys.stderr, flush=True)
+            print(
+                f"{self.name}: seed {run.seed}: {run.error or f'{run.score:g}'}", file=sys.stderr, flush=True
+            )
             yield run
 
     def kept(self) -> dict[int, Played]:
@@ -158,7 +160,9 @@ class Runs:
             return {}
         runs = [Played(**json.loads(line)) for line in self.file.read_text().splitlines()]
         worst = sorted(runs, key=lambda run: run.score)[:1]
-        if [run.state_hash for run in self.play(run.seed for run in worst)] != [run.state_hash for run in worst]:
+        if [run.state_hash for run in self.play(run.seed for run in worst)] != [
+            run.state_hash for run in worst
+        ]:
             print(f"{self.file.name}: its runs end differently now; they are played again", file=sys.stderr)
             self.file.unlink()
             return {}

@@ -265,11 +265,11 @@ Trainings of the examples in [training.md](../training.md#examples-that-learn), 
 
 ## Means over the seeds
 
-Each cell has the mean over the trainings, and in brackets the least and the most. *At the end*: score of the
-last update's runs, with exploration. *Score*: 100 test scenes with unseen objects, without exploration, with the
-task's own steps of 1 ms. *5 ms*: the first 25 of them with the long steps of the training. *Lifted*: share of
-the 100 scenes in which the hand lifted the object. *Kept*: through the shake, too. CPU time includes the
-tests.
+Each cell has the mean over the trainings, and in brackets the least and the most. *At the end*: score of
+the last update's runs, with exploration. *Score*: 100 test scenes with unseen objects, without
+exploration, with the task's own steps of 1 ms. *5 ms*: the first 25 of them with the long steps of the
+training. *Lifted*: share of the 100 scenes in which the hand lifted the object. *Kept*: through the
+shake, too. CPU time includes the tests.
 
 | training | seeds | at the end | score | 5 ms | lifted, % | kept, % | runs | CPU time, s |
 |---|---|---|---|---|---|---|---|---|

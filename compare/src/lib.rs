@@ -14,6 +14,7 @@ pub mod child;
 pub mod engine;
 pub mod grasps;
 pub mod mjcf;
+pub mod peer_key;
 pub mod played;
 pub mod report;
 pub mod scene_id;

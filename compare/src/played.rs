@@ -1,6 +1,7 @@
 //! The result of a run of a case.
 
 use palmares_bench::case_report::{CaseReport, Figure, Invariants};
+use palmares_bench::overlap;
 use serde::{Deserialize, Serialize};
 
 /// A run that ended, and whether it solves the scene.
@@ -50,6 +51,15 @@ pub fn trouble(error: &Figure, invariants: &Invariants) -> Option<String> {
         return Some(format!("nothing bounds an error in {}", error.unit));
     };
     (value.abs() > most).then(|| format!("error {:.2} {}", value.abs(), error.unit))
+}
+
+/// The rules by which [`trouble`] judges runs of a case with this figure: another figure or bound makes other outcomes.
+pub fn rules(figure: Option<&Figure>) -> String {
+    let of_figure = figure.map_or(String::new(), |figure| {
+        let Figure { name, unit, within, from_own_fine_run, .. } = figure;
+        format!("{name} [{unit}], {within:?}, {from_own_fine_run}, {:?}; ", useless(unit))
+    });
+    format!("{of_figure}overlap {} {}", overlap::PART, overlap::DEEPER)
 }
 
 /// Errors whose unit says nothing about their size: unit, the only case that has it, and half of that case's scale, squared.

@@ -1,61 +1,93 @@
 //! Identity of what a case or a grasp asks of an engine: scenes and commands, without anyone's physics. An outcome of a peer
 //! stays valid as long as it does not change, whatever happens to our engine.
 
-use crate::engine::{Adapter, NotPlayed, mujoco};
+use crate::engine::{Adapter, Feature, NotPlayed, mujoco};
 use crate::trials::family::Trial;
 use crate::trials::scene::scene;
 use anyhow::{Result, bail};
+use palmares_bench::case_report::Figure;
 use palmares_bench::cases::{Case, Setup};
-use palmares_bench::engine::{Cost, Engine, EngineFactory};
+use palmares_bench::engine::{Cost, Engine, EngineFactory, RIGID};
 use palmares_bench::recorder::Recorder;
 use palmares_models::content::ContentHash;
 use palmares_sim::{Command, Model, State, StepOutcome};
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Step for which it is taken, s; the scenes of a case do not depend on the step.
 const STEP_S: f64 = 4e-3;
 /// Commands beyond these do not count.
 const MOST_STEPS: u64 = 20_000;
-/// Number of its digits.
+/// Stands for the stiffness of all contacts that are not rigid, N/m: how stiff they are is a matter of our engine, and peers
+/// have their own.
+const SOFT: f64 = 2e5;
+/// Number of its digits, and of those of a key.
 const DIGITS: usize = 16;
 
 thread_local! {
     static HASH: RefCell<ContentHash> = RefCell::new(ContentHash::default());
-    static HAND: Cell<bool> = const { Cell::new(false) };
-    static REFUSED: RefCell<BTreeMap<&'static str, NotPlayed>> = const { RefCell::new(BTreeMap::new()) };
+    static NEEDS: RefCell<BTreeSet<Feature>> = const { RefCell::new(BTreeSet::new()) };
+    static STEPS: Cell<u64> = const { Cell::new(0) };
 }
 
 /// What a case asks of an engine.
 pub struct Asked {
     /// Identity of its scenes and commands.
     pub identity: String,
+    /// The features of its scenes and commands.
+    pub needs: BTreeSet<Feature>,
     /// Whether it has a hand.
     pub hand: bool,
     /// Engines whose adapters do not play it, and why.
     pub refused: BTreeMap<&'static str, NotPlayed>,
+    /// Its figure; none where a case in which nothing moves ends before it.
+    pub figure: Option<Figure>,
+    /// Simulated time of one run, s; where nothing moves a run may end early.
+    pub simulated_s: f64,
 }
 
 /// What a case asks of an engine.
 pub fn of_case(case: &Case) -> Asked {
     HASH.set(ContentHash::of(case.name));
-    HAND.set(false);
-    REFUSED.take();
+    NEEDS.take();
+    STEPS.set(0);
     // A case may end with an error, since nothing moves; so it does each time.
-    let _ = (case.run)(&Setup::new(&Watcher, STEP_S), &mut Recorder::default());
-    Asked { identity: digits(HASH.take()), hand: HAND.get(), refused: REFUSED.take() }
+    let finding = (case.run)(&Setup::new(&Watcher, STEP_S), &mut Recorder::default());
+    let needs = NEEDS.take();
+    let refuses = |adapter: Adapter| Some((adapter.engine, adapter.all_of(&needs).err()?));
+    Asked {
+        identity: digits(HASH.take()),
+        hand: needs.contains(&Feature::Hand),
+        refused: Adapter::ALL.into_iter().filter_map(refuses).collect(),
+        needs,
+        figure: finding.ok().map(|finding| finding.error),
+        simulated_s: STEPS.get() as f64 * STEP_S,
+    }
 }
 
-/// Keeps the first reason of each adapter.
-fn ask(takes: impl Fn(&Adapter) -> Result<(), NotPlayed>) {
-    for adapter in Adapter::ALL {
-        if let Err(why) = takes(&adapter) {
-            REFUSED.with_borrow_mut(|all| {
-                all.entry(adapter.engine).or_insert(why);
-            });
-        }
-    }
+fn need(features: BTreeSet<Feature>) {
+    NEEDS.with_borrow_mut(|all| all.extend(features));
+}
+
+/// What a drawn grasp asks of an engine.
+pub struct AskedTrial {
+    /// Identity of its scene and set points.
+    pub identity: String,
+    /// The features of its scene.
+    pub needs: BTreeSet<Feature>,
+}
+
+/// What a drawn grasp asks of an engine.
+///
+/// # Errors
+/// A shape without volume.
+pub fn asked_of_trial(trial: &Trial) -> Result<AskedTrial> {
+    let mut hash = ContentHash::of(trial.family.name());
+    let made = scene(trial, STEP_S)?;
+    begin(&mut hash, &made.model, &made.state);
+    hash.floats(&[trial.sigma, trial.preshape]);
+    Ok(AskedTrial { identity: digits(hash), needs: Feature::of_scene(&made.model) })
 }
 
 /// Identity of a drawn grasp.
@@ -63,11 +95,7 @@ fn ask(takes: impl Fn(&Adapter) -> Result<(), NotPlayed>) {
 /// # Errors
 /// A shape without volume.
 pub fn of_trial(trial: &Trial) -> Result<String> {
-    let mut hash = ContentHash::of(trial.family.name());
-    let made = scene(trial, STEP_S)?;
-    begin(&mut hash, &made.model, &made.state);
-    hash.floats(&[trial.sigma, trial.preshape]);
-    Ok(digits(hash))
+    Ok(asked_of_trial(trial)?.identity)
 }
 
 /// Identity of several.
@@ -77,7 +105,7 @@ pub fn of_all(identities: &[String]) -> String {
     digits(hash)
 }
 
-fn digits(hash: ContentHash) -> String {
+pub(crate) fn digits(hash: ContentHash) -> String {
     let mut digits = hash.to_hex();
     digits.truncate(DIGITS);
     digits
@@ -85,7 +113,8 @@ fn digits(hash: ContentHash) -> String {
 
 fn begin(hash: &mut ContentHash, model: &Model, state: &State) {
     let config = model.config();
-    hash.floats(&[config.contact_stiffness, config.step_s]);
+    let stiffness = if config.contact_stiffness >= RIGID { RIGID } else { SOFT };
+    hash.floats(&[stiffness, config.step_s]);
     hash.text(&format!("{:?}", config.base));
     // An adapter reads these numbers of the hand, and the document does not have them.
     if let Some(hand) = model.hand() {
@@ -125,8 +154,7 @@ impl EngineFactory for Watcher {
 
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
         HASH.with_borrow_mut(|hash| begin(hash, &model, &state));
-        HAND.set(HAND.get() || model.hand().is_some());
-        ask(|adapter| adapter.takes(&model));
+        need(Feature::of_scene(&model));
         Ok(Box::new(Watched { model, state, said: String::new() }))
     }
 }
@@ -138,13 +166,14 @@ impl Engine for Watched {
 
     fn step(&mut self, command: &Command) -> Result<Cost> {
         self.state.step += 1;
+        STEPS.set(STEPS.get() + 1);
         if self.state.step > MOST_STEPS {
             bail!("that is enough");
         }
         let said = format!("{command:?}");
         if said != self.said {
             HASH.with_borrow_mut(|hash| hash.text(&said));
-            ask(|adapter| adapter.obeys(&self.model, command));
+            need(Feature::of_command(&self.model, command));
             self.said = said;
         }
         Ok(Cost::default())
@@ -168,6 +197,9 @@ mod tests {
     use super::*;
     use crate::trials::family::{Family, HandKind};
     use palmares_bench::cases;
+    use palmares_bench::rigs::softhand;
+    use palmares_models::Pose;
+    use palmares_sim::Config;
 
     fn asked(name: &str) -> Asked {
         of_case(cases::all().find(|case| case.name == name).expect("there is such a case"))
@@ -209,6 +241,22 @@ mod tests {
             assert_eq!(asked(case).refused, BTreeMap::new(), "{case}");
         }
         assert_eq!(asked("syn_push_locked_motor").refused.len(), 1, "MuJoCo gets no forces from outside");
+    }
+
+    /// Peers have contacts of their own, which are stiff between rigid bodies.
+    #[test]
+    fn the_stiffness_of_our_contacts_is_no_part_of_a_scene() {
+        let identity = |contact_stiffness: f64| {
+            let config = Config { contact_stiffness, ..Config::default() };
+            let model = Model::new(config, Some(softhand().expect("built in"))).expect("a sound hand");
+            let state = State::at_rest(&model, Pose::IDENTITY, &[]);
+            let mut hash = ContentHash::default();
+            begin(&mut hash, &model, &state);
+            digits(hash)
+        };
+        let ours = Config::default().contact_stiffness;
+        assert_eq!(identity(ours), identity(10.0 * ours));
+        assert_ne!(identity(ours), identity(RIGID));
     }
 
     #[test]

@@ -7,15 +7,15 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_palmares-compare"));
+    command.args(["report", "--quick", "--repeats", "1", "--out"]).arg(folder);
+    command.arg("--runs").arg(folder.join("runs.jsonl")).args(arguments);
+    command
+}
+
 fn report(folder: &Path, arguments: &[&str]) -> Comparison {
-    let status = Command::new(env!("CARGO_BIN_EXE_palmares-compare"))
-        .args(["report", "--quick", "--repeats", "1", "--out"])
-        .arg(folder)
-        .arg("--runs")
-        .arg(folder.join("runs.jsonl"))
-        .args(arguments)
-        .status()
-        .expect("it starts");
+    let status = command(folder, arguments).status().expect("it starts");
     assert!(status.success(), "{status}");
     runner::read(&folder.join("report.json")).expect("it wrote a report")
 }
@@ -46,28 +46,88 @@ fn a_small_report_is_complete_and_can_be_read_back() {
     assert_eq!(fs::read_to_string(folder.join("README.md")).expect("written"), page);
 }
 
+/// The outcomes that the program has played, by engine.
+fn played(folder: &Path) -> Vec<String> {
+    let text = fs::read_to_string(folder.join("runs.jsonl")).expect("it wrote runs");
+    let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+    lines.map(|line| line["run"]["engine"].as_str().expect("an engine").to_owned()).collect()
+}
+
+const BALL: [&str; 6] = ["--engines", "own,rapier", "--cases", "incline_sphere", "--steps-ms", "4,8"];
+
 #[test]
-fn runs_of_an_engine_that_is_not_played_are_kept_from_an_earlier_report() {
+fn a_second_report_plays_ours_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    let cases = ["--cases", "incline_sphere", "--steps-ms", "4,8"];
-    let both = report(folder, &[&["--engines", "own,rapier"], &cases[..]].concat());
-    let earlier = folder.join("earlier.json");
-    fs::rename(folder.join("report.json"), &earlier).expect("it was written");
-    let keep = ["--engines", "own", "--keep", earlier.to_str().expect("a name")];
-    let kept = report(folder, &[&keep, &cases[..]].concat());
+    let first = report(folder, &BALL);
+    assert_eq!(played(folder), ["own", "own", "rapier", "rapier", "rapier", "rapier"]);
+    let again = |more: &[&str]| {
+        fs::remove_file(folder.join("runs.jsonl")).expect("it was written");
+        report(folder, &[&BALL[..], more].concat())
+    };
+    let second = again(&[]);
+    assert_eq!(played(folder), ["own", "own"]);
     let of_peer = |report: &Comparison| {
-        let runs: Vec<_> = report.runs.iter().filter(|run| run.engine == "rapier").collect();
+        let runs = report.runs.iter().filter(|run| run.engine == "rapier").cloned();
+        let runs: Vec<_> =
+            runs.map(|run| palmares_compare::report::comparison::Run { kept: None, ..run }).collect();
         serde_json::to_string(&runs).expect("JSON")
     };
-    assert_eq!(of_peer(&kept), of_peer(&both));
-    assert_eq!(kept.runs.len(), 6);
-    assert_eq!(kept.results.len(), 1);
-    let note = kept.engines.iter().find(|note| note.name == "rapier").expect("a note");
-    let kept_from = note.kept_from.as_ref().expect("it says where it is from");
-    assert_eq!(kept_from.commit, both.record.commit);
+    assert_eq!(of_peer(&second), of_peer(&first), "a quick report leaves kept times as they are");
+    for run in &second.runs {
+        let from = run.kept.as_ref().map(|kept| &kept.commit);
+        assert_eq!(from, (run.engine == "rapier").then_some(&first.record.commit), "{run:?}");
+    }
+    assert!(second.sentinels.is_some_and(|sentinels| sentinels.played > 0), "{:?}", second.sentinels);
     let page = fs::read_to_string(folder.join("README.md")).expect("written");
-    assert!(page.contains("its runs and their times are those of commit"), "the page says so");
+    assert!(page.contains(&format!("4 runs of commit {}", first.record.commit)), "the page says so");
+    again(&["--run-limit-s", "59"]);
+    assert_eq!(played(folder).len(), 6, "another limit is another run");
+    again(&["--run-limit-s", "59", "--peers-anew"]);
+    assert_eq!(played(folder).len(), 6);
+}
+
+#[test]
+fn a_sentinel_that_plays_otherwise_is_an_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    report(folder, &BALL);
+    let json = folder.join("report.json");
+    let mut report: Value = serde_json::from_str(&fs::read_to_string(&json).expect("written")).expect("JSON");
+    for run in report["runs"].as_array_mut().expect("runs").iter_mut().filter(|run| run["engine"] == "rapier")
+    {
+        let value = &mut run["error"]["value"];
+        *value = json!(f64::from_bits(value.as_f64().expect("a figure").to_bits() + 1));
+    }
+    fs::write(&json, report.to_string()).expect("written");
+    let output = command(folder, &BALL).output().expect("it starts");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        !output.status.success() && said.contains("otherwise here") && said.contains("--peers-anew"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_second_count_of_grasps_plays_ours_and_sentinels() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (out, runs) = (folder.path().join("out"), folder.path().join("runs.jsonl"));
+    let count = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_palmares-compare"));
+        command.args(["grasps", "--engine", "own,rapier", "--settings", "default", "--hand", "softhand"]);
+        command.args(["--family", "ball", "--placements", "1", "--steps-ms", "16", "--peer-steps-ms", "16"]);
+        // In a build for tests it does not end in this time: an ending as any other.
+        command.args(["--run-limit-s", "1", "--out"]).arg(&out).arg("--runs").arg(&runs);
+        assert!(command.status().expect("it starts").success());
+        let text = fs::read_to_string(&runs).expect("it wrote runs");
+        fs::remove_file(&runs).expect("it is there");
+        let engine = |line: &str| serde_json::from_str::<Value>(line).expect("JSON")["run"]["engine"].clone();
+        text.lines().map(engine).collect::<Vec<_>>()
+    };
+    assert_eq!(count(), ["own", "rapier"]);
+    assert_eq!(count(), ["own"]);
+    let page = fs::read_to_string(out.join("README.md")).expect("written");
+    assert!(page.contains("1 runs of commit") && page.contains("rapier `default`"), "{page}");
 }
 
 /// rapier does not return from a step of this scene.

@@ -38,14 +38,17 @@ pub(crate) struct ReportOptions {
     /// Gather outcomes without timing, on a machine with other work. The next report takes them from target/report.jsonl.
     #[arg(long)]
     outcomes_only: bool,
-    /// Reuse gathered outcomes of peers from any commit.
+    /// Play all runs of peers, also those that the report in the repository has.
     #[arg(long)]
-    reuse_peers: bool,
+    peers_anew: bool,
+    /// Keep the outcomes of peers and time their runs again.
+    #[arg(long)]
+    times_anew: bool,
     /// Search the documented options of the other engines instead, and write docs/report/search. Hours; goes on where it was
     /// stopped, from target/search.jsonl.
     #[arg(long)]
     search: bool,
-    /// A report's JSON from which the runs of engines that are not played, and their times, are taken.
+    /// A report's JSON from which runs of peers are taken, with their times; that in the folder of the report if not given.
     #[arg(long)]
     keep: Option<PathBuf>,
 }
@@ -77,7 +80,8 @@ pub(crate) fn run(options: &ReportOptions) -> Result<()> {
     for (flag, given) in [
         ("--quick", options.quick),
         ("--outcomes-only", options.outcomes_only),
-        ("--reuse-peers", options.reuse_peers),
+        ("--peers-anew", options.peers_anew),
+        ("--times-anew", options.times_anew),
     ] {
         if given {
             report.arg(flag);

@@ -31,6 +31,11 @@ pub const CASES: &[Case] = &[
         "10 kg ball at 5 m/s hits a free SoftHand without gravity and friction",
         momentum_inelastic_hit,
     ),
+    Case::ours(
+        "singular_arm",
+        "an arm of two bars swings through its stretched and folded positions: energy and angular momentum",
+        singular_arm,
+    ),
 ];
 
 /// A hand without tendons: a base of 1 kg and `links` that hang from it.
@@ -236,4 +241,43 @@ pub fn momentum_inelastic_hit(setup: &Setup, recorder: &mut Recorder) -> Result<
         error: Figure::new("mean squared change of momentum", sum / count as f64, "(kg m/s)^2"),
         invariants: Invariants { momentum_error_percent: Some(100.0 * turned), ..recorder.invariants() },
     })
+}
+
+/// Length and mass of a bar of the arm; speeds of shoulder and elbow at the start, rad/s.
+const BAR_M: f64 = 0.25;
+const BAR_KG: f64 = 0.2;
+const ARM_RAD_S: [f64; 2] = [-2.0, 7.0];
+
+/// Largest change in 10 s, in percent, of the energy and of the angular momentum about the shoulder of an arm of two bars that turns
+/// about its fixed shoulder without weight and drives. The elbow turns round and round: where it is straight and where it is folded, the
+/// Jacobian of the tip is singular. Exact: both are constant.
+pub fn singular_arm(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let across = BAR_KG * BAR_M * BAR_M / 12.0;
+    let inertia = Inertia {
+        mass: BAR_KG,
+        com: Vec3::new(0.0, 0.0, -0.5 * BAR_M),
+        about_com: Mat3::from_diagonal(Vec3::new(across, across, 1e-3 * across)),
+    };
+    let bar = |(k, name): (usize, &str)| Link {
+        name: name.into(),
+        parent: Some(k),
+        joint: Some(hinge(k, HingeKind::Revolute, Vec3::Y, Vec3::NEG_Z * (k as f64 * BAR_M))),
+        inertia,
+        geoms: Vec::new(),
+    };
+    let links = ["upper", "fore"].into_iter().enumerate().map(bar).collect();
+    let arm = bare("arm", links, ["shoulder", "elbow"].map(loose).into());
+    let (mut engine, command) =
+        SceneBuilder::with_hand(bolted(weightless(setup.dt_s)), arm, Pose::IDENTITY)?.start(setup)?;
+    engine.state_mut().v[6..].copy_from_slice(&ARM_RAD_S);
+    let (energy, momentum) = (mechanical(&*engine), momenta(&*engine).1.y);
+    let mut worst: f64 = 0.0;
+    for _ in 0..steps(10.0, setup.dt_s) {
+        recorder.step(&mut *engine, &command)?;
+        worst = worst.max((mechanical(&*engine) / energy - 1.0).abs());
+        worst = worst.max((momenta(&*engine).1.y / momentum - 1.0).abs());
+    }
+    let turns = engine.state().q[1].abs() / (2.0 * std::f64::consts::PI);
+    anyhow::ensure!(turns > 3.0, "the elbow turned round {turns} times only");
+    Ok(recorder.finding(Figure::new("change of energy or angular momentum", 100.0 * worst, "%")))
 }

@@ -1,5 +1,6 @@
 //! The cases, by name.
 
+pub mod arch;
 pub mod balls;
 pub mod blows;
 pub mod calibration;
@@ -8,6 +9,7 @@ pub mod consistency;
 pub mod dead;
 pub mod dry;
 mod elliptic;
+pub mod extremes;
 pub mod faces;
 pub mod free_motion;
 pub mod friction;
@@ -30,6 +32,7 @@ pub mod pour;
 pub mod random_heap;
 pub mod reflex;
 pub mod residuals;
+pub mod reversing;
 pub mod rims;
 pub mod robustness;
 pub mod rolling;
@@ -93,6 +96,9 @@ pub const GROUPS: &[&[Case]] = &[
     sleeping::CASES,
     turning::CASES,
     passing::CASES,
+    arch::CASES,
+    extremes::CASES,
+    reversing::CASES,
 ];
 
 /// Every case.

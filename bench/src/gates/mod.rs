@@ -1,12 +1,14 @@
 //! Gates: bounds that cases must keep at several steps. A bound follows from a law, a requirement or the spread over many
 //! starts, and its comment names it. No gate asserts a time. One file per subject, as in `cases/`.
 
+mod arch;
 mod balls;
 mod blows;
 mod calibration;
 mod consistency;
 mod dead;
 mod dry;
+mod extremes;
 mod faces;
 mod free_motion;
 mod friction;
@@ -24,6 +26,7 @@ mod placed;
 mod pour;
 mod random;
 mod reflex;
+mod reversing;
 mod rims;
 mod robustness;
 mod rolling;

@@ -9,4 +9,5 @@ pub mod pages;
 mod stamp;
 
 pub use line::{BadLine, Line};
-pub use stamp::Record;
+pub(crate) use models::root;
+pub use stamp::{Record, today};

@@ -14,7 +14,7 @@ const DIGITS: usize = 12;
 const CONTROLLERS: &str = "controllers";
 
 /// The root of the repository.
-pub(super) fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 

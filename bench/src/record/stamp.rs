@@ -8,6 +8,11 @@ use palmares_tasks::identity;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// Today's day, UTC.
+pub fn today() -> String {
+    jiff::Timestamp::now().strftime("%Y-%m-%d").to_string()
+}
+
 /// The fields of a JSON.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Record {
@@ -35,7 +40,7 @@ impl Record {
             engine: identity::fingerprint(),
             models: models(&part, &root())?,
             commit: machine::commit(),
-            date: jiff::Timestamp::now().strftime("%Y-%m-%d").to_string(),
+            date: today(),
             machine: Machine::here(),
         })
     }

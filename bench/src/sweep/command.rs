@@ -1,19 +1,16 @@
 //! The command `sweep`.
 
 use super::finished::Finished;
-use super::played::{Point, Row, outliers, play, scene, steps, worst};
+use super::jobs::{Ended, Job, play_all};
+use super::played::{Point, Row, outliers, scene, steps, worst};
 use super::scenes::{SCENES, Scene};
 use super::{map, page};
 use crate::machine;
 use crate::record::Record;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use parking_lot::Mutex;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-use std::time::Instant;
 
 /// The cases, the steps and the output.
 #[derive(Args, Clone, Debug)]
@@ -68,47 +65,15 @@ impl SweepOptions {
     /// Plays the scenes at all steps, or takes what is finished.
     fn rows(&self, scenes: &[&'static Scene]) -> Result<Vec<Row>> {
         let finished = Finished::open(&self.runs, &machine::commit())?;
-        let (next, done, rows) = (AtomicUsize::new(0), AtomicUsize::new(0), Mutex::new(Vec::new()));
-        let work = || -> Result<()> {
-            loop {
-                let k = next.fetch_add(1, Ordering::Relaxed);
-                let Some(&scene) = scenes.get(k) else { return Ok(()) };
-                let begun = Instant::now();
-                let points = self.points(scene, &finished)?;
-                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                progress(scene, &points, (done, scenes.len()), begun.elapsed().as_secs_f64());
-                rows.lock().push((k, Row { scene, points }));
-            }
-        };
-        thread::scope(|scope| {
-            let threads: Vec<_> = (0..self.threads.max(1)).map(|_| scope.spawn(work)).collect();
-            threads.into_iter().try_for_each(|thread| match thread.join() {
-                Ok(result) => result,
-                Err(panic) => std::panic::resume_unwind(panic),
-            })
-        })?;
-        let mut rows = rows.into_inner();
-        rows.sort_by_key(|(k, _)| *k);
-        Ok(rows.into_iter().map(|(_, row)| row).collect())
-    }
-
-    fn points(&self, scene: &Scene, finished: &Finished) -> Result<Vec<Point>> {
-        let mut points = Vec::new();
-        for dt_s in steps(self.steps) {
-            if let Some(known) = finished.get(scene, self.start, dt_s) {
-                points.push(known);
-                continue;
-            }
-            let point = play(scene, dt_s, self.start)?;
-            finished.add(scene, self.start, &point)?;
-            points.push(point);
-        }
-        Ok(points)
+        let job = |&scene: &&'static Scene| Job { scene, start: self.start, steps_s: steps(self.steps) };
+        let jobs: Vec<Job> = scenes.iter().map(job).collect();
+        play_all(&jobs, self.threads, &finished, |ended| progress(&ended))
     }
 }
 
 /// Says on stderr what has been played.
-fn progress(scene: &Scene, points: &[Point], (done, count): (usize, usize), took_s: f64) {
+fn progress(ended: &Ended) {
+    let &Ended { job: &Job { scene, .. }, points, place: (done, count), took_s } = ended;
     let claimed: Vec<Point> = points.iter().filter(|point| scene.claims(point.dt_s)).copied().collect();
     let worst = worst(&claimed).map_or(String::new(), |worst| {
         format!(", {} of its bound at {:.3} ms", page::part(worst.of_bound()), 1e3 * worst.dt_s)

@@ -28,7 +28,7 @@ fn key(case: &str, start: u32, dt_s: f64) -> Key {
 }
 
 /// The runs of a commit.
-pub(super) struct Finished {
+pub(crate) struct Finished {
     commit: String,
     known: BTreeMap<Key, Line>,
     log: RunLog,
@@ -39,7 +39,7 @@ impl Finished {
     ///
     /// # Errors
     /// The file cannot be made or written.
-    pub(super) fn open(path: &Path, commit: &str) -> Result<Self> {
+    pub(crate) fn open(path: &Path, commit: &str) -> Result<Self> {
         let (log, lines) = RunLog::open::<Line>(path)?;
         let lines = lines.into_iter().filter(|line| is_of_commit(&line.commit, commit));
         let known = lines.map(|line| (key(&line.case, line.start, line.dt_s), line)).collect();
@@ -47,7 +47,7 @@ impl Finished {
     }
 
     /// The run of a scene at a step, if it is finished.
-    pub(super) fn get(&self, scene: &Scene, start: u32, dt_s: f64) -> Option<Point> {
+    pub(crate) fn get(&self, scene: &Scene, start: u32, dt_s: f64) -> Option<Point> {
         let line = self.known.get(&key(scene.name, start, dt_s))?;
         Some(Point { dt_s, figure: line.figure.unwrap_or(f64::INFINITY), bound: line.bound })
     }
@@ -56,7 +56,7 @@ impl Finished {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn add(&self, scene: &Scene, start: u32, point: &Point) -> Result<()> {
+    pub(crate) fn add(&self, scene: &Scene, start: u32, point: &Point) -> Result<()> {
         let line = Line {
             commit: self.commit.clone(),
             case: scene.name.to_owned(),

@@ -2,11 +2,12 @@
 //! an outcome of its own, and no wide bound hides an outlier. The page is docs/report/steps.md.
 
 mod command;
-mod finished;
+pub(crate) mod finished;
+pub(crate) mod jobs;
 mod map;
-mod page;
-mod played;
-mod reasons;
+pub(crate) mod page;
+pub(crate) mod played;
+pub(crate) mod reasons;
 mod scenes;
 
 pub use command::SweepOptions;

@@ -6,7 +6,7 @@ use super::scenes::RANGE_S;
 use std::fmt::Write;
 
 /// A part of a bound in few digits.
-pub(super) fn part(of_bound: f64) -> String {
+pub(crate) fn part(of_bound: f64) -> String {
     match of_bound {
         0.0 => "0".to_owned(),
         f64::INFINITY => "fails".to_owned(),
@@ -16,7 +16,7 @@ pub(super) fn part(of_bound: f64) -> String {
     }
 }
 
-fn ms(dt_s: f64) -> String {
+pub(crate) fn ms(dt_s: f64) -> String {
     format!("{:.3}", 1e3 * dt_s)
 }
 

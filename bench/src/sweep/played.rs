@@ -1,6 +1,6 @@
 //! The points of a sweep: a case at a step beside its bound, and those that stand out.
 
-use super::scenes::{RANGE_S, SCENES, Scene};
+use super::scenes::{LONG, RANGE_S, SCENES, Scene};
 use crate::cases::{Setup, run};
 use anyhow::{Result, bail};
 
@@ -56,7 +56,7 @@ impl Row {
 }
 
 /// The point nearest to its bound, or farthest beyond.
-pub(super) fn worst(points: &[Point]) -> Option<Point> {
+pub(crate) fn worst(points: &[Point]) -> Option<Point> {
     points.iter().copied().max_by(|a, b| a.of_bound().total_cmp(&b.of_bound()))
 }
 
@@ -69,7 +69,7 @@ pub fn steps(count: usize) -> Vec<f64> {
 
 /// The scene of a case.
 pub fn scene(case: &str) -> Option<&'static Scene> {
-    SCENES.iter().find(|scene| scene.name == case)
+    SCENES.iter().chain(LONG).find(|scene| scene.name == case)
 }
 
 /// Bound of a case at a step: between two of its gates' steps on the straight line of the logarithms, beyond them that of the
@@ -185,7 +185,7 @@ pub(super) mod tests {
 
     #[test]
     fn every_scene_is_a_case_and_is_played_beside_its_bound() {
-        for scene in SCENES {
+        for scene in SCENES.iter().chain(LONG) {
             assert!(crate::cases::all().any(|case| case.name == scene.name), "{}", scene.name);
             assert!(scene.bounds.windows(2).all(|pair| pair[0].0 < pair[1].0), "{}", scene.name);
             let (low, high) = scene.claimed_s;

@@ -13,7 +13,7 @@ const REASONS: &[(&str, &str)] = &[
 ];
 
 /// The reason of a case.
-pub(super) fn reason(case: &str) -> Option<&'static str> {
+pub(crate) fn reason(case: &str) -> Option<&'static str> {
     REASONS.iter().find(|(name, _)| *name == case).map(|(_, reason)| *reason)
 }
 

@@ -26,6 +26,11 @@ macro_rules! flat {
 }
 
 impl Scene {
+    /// Its gate begins at this step.
+    const fn from(self, shortest_s: f64) -> Self {
+        Scene { claimed_s: (shortest_s, self.claimed_s.1), ..self }
+    }
+
     /// Its gate ends at this step.
     const fn until(self, longest_s: f64) -> Self {
         Scene { claimed_s: (self.claimed_s.0, longest_s), ..self }
@@ -121,4 +126,15 @@ pub const SCENES: &[Scene] = &[
     at("hard_overlap", &[]),
     at("hard_teleport", &[]),
     at("hard_flip", &[]),
+    flat!("arch", 0.02),
+    flat!("closed_chain", 0.025),
+    flat!("singular_arm", 0.01),
+    at("sudden_reversals", &[]),
+    flat!("friction_ends", 0.1),
+    at("small_and_large", &[(1e-3, 0.05), (4e-3, 0.118), (16e-3, 1.884)]),
+    at("painleve_rod", &[]),
 ];
+
+/// Scenes with gates that a sweep leaves out, because they are long.
+pub(super) const LONG: &[Scene] =
+    &[at("kapla", &[(16e-3, 0.05)]).from(16e-3), at("poured_500", &[]).from(4e-3).until(4e-3)];

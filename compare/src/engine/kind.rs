@@ -62,6 +62,44 @@ impl EngineKind {
         }
     }
 
+    /// Every option of these settings with its value, whatever the settings are called.
+    pub fn options(self) -> String {
+        match self {
+            EngineKind::Own => String::new(),
+            EngineKind::Rapier(settings) => {
+                let mut nameless = *settings;
+                (nameless.name, nameless.about, nameless.hands_alone) = ("", "", false);
+                format!("{nameless:?}")
+            }
+            EngineKind::MuJoCo(settings) => {
+                let mut nameless = *settings;
+                (nameless.name, nameless.about) = ("", "");
+                format!("{nameless:?}")
+            }
+        }
+    }
+
+    /// The adapter that passes scenes on to this engine; none for ours.
+    pub fn adapter(self) -> Option<Adapter> {
+        match self {
+            EngineKind::Own => None,
+            EngineKind::Rapier(_) => Some(Adapter::RAPIER),
+            EngineKind::MuJoCo(_) => Some(Adapter::MUJOCO),
+        }
+    }
+
+    /// Its version.
+    ///
+    /// # Errors
+    /// MuJoCo is not there.
+    pub fn version(self) -> Result<String> {
+        match self {
+            EngineKind::Own => Ok(env!("CARGO_PKG_VERSION").to_owned()),
+            EngineKind::Rapier(_) => Ok(rapier::VERSION.to_owned()),
+            EngineKind::MuJoCo(_) => mujoco::version(),
+        }
+    }
+
     /// From the command line: an engine by its name, with each of its settings.
     ///
     /// # Errors

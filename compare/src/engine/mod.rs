@@ -8,5 +8,5 @@ pub mod rapier;
 #[cfg(test)]
 mod tests;
 
-pub use adapter::{Adapter, NotPlayed};
+pub use adapter::{Adapter, Feature, NotPlayed};
 pub use kind::EngineKind;

@@ -29,6 +29,9 @@ pub struct GraspOptions {
     /// Steps, ms, by commas.
     #[arg(long, value_delimiter = ',', default_value = "0.25,0.5,1,2,4")]
     steps_ms: Vec<f64>,
+    /// Those of them at which peers play, ms, by commas.
+    #[arg(long, value_delimiter = ',', default_value = "1,2,4")]
+    peer_steps_ms: Vec<f64>,
     /// Number of grasps of each family, the first of the draw.
     #[arg(long, default_value_t = 24)]
     placements: usize,
@@ -45,15 +48,9 @@ pub struct GraspOptions {
     /// File of single runs, from which a stopped plan continues if the program is of the same commit.
     #[arg(long, default_value = "target/grasps.jsonl")]
     runs: PathBuf,
-    /// Use the file's runs of peers from any commit.
+    /// Play all runs of peers, also those that the page's JSON has with their keys of today.
     #[arg(long)]
-    reuse_peers: bool,
-    /// Play nothing: count the plan's runs in the file.
-    #[arg(long)]
-    count_only: bool,
-    /// Keep the rows of peers that the page has and for which nothing is played now.
-    #[arg(long)]
-    keep_peers: bool,
+    peers_anew: bool,
     /// CPU time of a peer's run, s; beyond it the run is not finished and is not counted.
     #[arg(long, default_value_t = 120.0)]
     run_limit_s: f64,
@@ -80,12 +77,12 @@ impl GraspOptions {
             families: self.family.iter().map(|name| Family::from_name(name)).collect::<Result<_>>()?,
             engines: self.engines()?,
             steps_ms: self.steps_ms.clone(),
+            peer_steps_ms: self.peer_steps_ms.clone(),
             placements: self.placements,
             aside_um: self.aside_um,
             jobs: self.jobs,
             run_limit_s: self.run_limit_s,
-            reuse_peers: self.reuse_peers,
-            count_only: self.count_only,
+            peers_anew: self.peers_anew,
         })
     }
 
@@ -124,13 +121,15 @@ pub fn run(options: &GraspOptions) -> Result<()> {
         return one(options, &plan, index);
     }
     let record = Record::now("grasps")?;
-    let runs = runner::run(&plan, &options.runs)?;
-    let mut table = table::Table::of(record, &plan, &runs);
-    fs::create_dir_all(&options.out)?;
     let json = options.out.join("grasps.json");
-    if options.keep_peers {
-        table.keep_peers(table::Table::read(&json)?)?;
+    let earlier = json.exists().then(|| table::Table::read(&json)).transpose()?;
+    let kept = earlier.as_ref().filter(|_| !options.peers_anew).map(table::Table::kept).unwrap_or_default();
+    let outcomes = runner::run(&plan, &options.runs, &kept)?;
+    let mut table = table::Table::of(record, &plan, &outcomes);
+    if let Some(earlier) = &earlier {
+        table.pair_with(earlier);
     }
+    fs::create_dir_all(&options.out)?;
     fs::write(&json, serde_json::to_string(&table)? + "\n")?;
     let page = page::write(&table);
     fs::write(options.out.join("README.md"), &page)?;

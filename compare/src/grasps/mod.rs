@@ -1,7 +1,10 @@
 //! Counts of the [trials](crate::trials) that each engine keeps, at several steps.
 
+pub mod cell;
 pub mod command;
 mod page;
+mod pairs;
+pub mod run;
 pub mod runner;
 pub(crate) mod table;
 pub mod tally;

@@ -1,9 +1,12 @@
 //! The counts as a page to read.
 
-use super::table::{Cell, OutcomeRow, Sum, Table, best};
+use super::cell::Cell;
+use super::table::{OutcomeRow, Sum, Table, best};
 use super::tally::{Count, wilson};
 use crate::engine::EngineKind;
+use crate::peer_key::Kept;
 use crate::trials::play::{MOVED_M, OVERLAP_M};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Writing into a string cannot fail.
@@ -57,15 +60,34 @@ fn head(page: &mut String, table: &Table) {
         1e3 * MOVED_M,
         1e3 * OVERLAP_M,
     );
-    let mut kept: Vec<String> = table
-        .rows
-        .iter()
-        .filter_map(|row| Some(format!("{} `{}` ({})", row.engine, row.settings, row.commit.as_ref()?)))
-        .collect();
-    kept.sort();
-    kept.dedup();
+    let mut kept: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    for cell in table.rows.iter().flat_map(|row| &row.cells) {
+        if let Some(Kept { commit, date, .. }) = &cell.kept {
+            *kept.entry((date, commit)).or_default() += cell.count.of + cell.count.not_finished;
+        }
+    }
     if !kept.is_empty() {
-        put!(page, "Kept from earlier commits: {}.\n", kept.join(", "));
+        let of = |((date, commit), runs): (&(&str, &str), &usize)| {
+            format!("{runs} runs of commit {commit} of {date}")
+        };
+        let origins: Vec<String> = kept.iter().map(of).collect();
+        put!(page, "Peers do not change with our engine, and their runs are kept: {}.\n", origins.join("; "));
+    }
+    if let Some(pairs) = &table.before {
+        put!(
+            page,
+            "The engine of commit {} before ours keeps {} of the same {} plays; ours loses {} of these and keeps {} others. By \
+             grasp, kept at most of its steps, ours loses {} and gains {} of {} (McNemar's exact test: p = {:.3}).\n",
+            pairs.commit,
+            pairs.kept_before,
+            pairs.plays,
+            pairs.lost,
+            pairs.gained,
+            pairs.grasps_lost,
+            pairs.grasps_gained,
+            pairs.grasps,
+            pairs.p()
+        );
     }
     let is_played = |kind: &EngineKind| {
         table.rows.iter().any(|row| (&*row.engine, &*row.settings) == (kind.name(), kind.settings()))

@@ -1,11 +1,14 @@
 //! Plays many grasps on several threads, keeps the finished ones in a file, and continues from there.
 
+use super::cell::{Cell, letter};
+use super::run::Run;
 use crate::child;
-use crate::engine::{EngineKind, mujoco};
-use crate::scene_id;
+use crate::engine::EngineKind;
+use crate::peer_key::PeerRun;
+use crate::scene_id::{self, AskedTrial};
 use crate::trials::family::{Family, HandKind, Trial};
-use crate::trials::play::Fate;
-use anyhow::{Context, Result};
+use crate::trials::play::{Ending, Fate, rules};
+use anyhow::{Context, Result, ensure};
 use palmares_bench::machine;
 use palmares_bench::run_log::{RunLog, is_of_commit};
 use serde::{Deserialize, Serialize};
@@ -15,35 +18,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
+/// Number of kept grasps that are played again.
+const SENTINELS: usize = 10;
 /// Interval of the progress messages.
 const REPORTED_EVERY: Duration = Duration::from_secs(10);
-
-/// One grasp in one engine at one step.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Run {
-    /// Hand, family and the grasp's place in it.
-    pub hand: String,
-    /// The family.
-    pub family: String,
-    /// The grasp.
-    pub index: usize,
-    /// Engine and settings.
-    pub engine: String,
-    /// Name of its settings.
-    pub settings: String,
-    /// ms
-    pub step_ms: f64,
-    /// Shift of the object from its drawn place, µm.
-    #[serde(default)]
-    pub aside_um: f64,
-    /// Identity of its scene and set point.
-    #[serde(default)]
-    pub scene: String,
-    /// The outcome.
-    pub fate: Fate,
-    /// Wall-clock time of the run, s: for the estimate of the time left.
-    pub wall_s: f64,
-}
 
 /// A line of the file of runs.
 #[derive(Serialize, Deserialize)]
@@ -62,6 +40,8 @@ pub struct Plan {
     pub engines: Vec<EngineKind>,
     /// Steps, ms.
     pub steps_ms: Vec<f64>,
+    /// Those of them at which peers play, ms.
+    pub peer_steps_ms: Vec<f64>,
     /// Grasps of each family.
     pub placements: usize,
     /// Shift of objects from their drawn places, µm.
@@ -70,10 +50,24 @@ pub struct Plan {
     pub jobs: usize,
     /// CPU time of a peer's run, s; beyond it the run is not finished.
     pub run_limit_s: f64,
-    /// Whether the file's runs of peers count from any commit.
-    pub reuse_peers: bool,
-    /// Whether nothing is played: only the runs in the file are counted.
-    pub count_only: bool,
+    /// Whether all runs of peers are played, also those that are kept.
+    pub peers_anew: bool,
+}
+
+/// The outcomes of a plan: runs, and cells of peers that are kept.
+pub struct Outcomes {
+    /// The runs, in the plan's order.
+    pub runs: Vec<Run>,
+    /// The kept cells.
+    pub kept: Vec<KeptCell>,
+}
+
+/// All grasps of a family in an engine at one step, kept from an earlier table.
+pub struct KeptCell {
+    /// Hand, family, engine and settings.
+    pub of: [String; 4],
+    /// The outcomes.
+    pub cell: Cell,
 }
 
 struct Task<'a> {
@@ -83,38 +77,42 @@ struct Task<'a> {
     engine: EngineKind,
     step_ms: f64,
     aside_um: f64,
+    /// [Key](crate::peer_key) of a peer's run.
+    peer_key: Option<String>,
 }
 
-/// Hand, family, engine, settings, step in ns, µm aside in bits, index.
-type Key = (String, String, String, String, u64, u64, usize);
+/// Hand, family, engine and settings; step in ns, µm aside in bits, index.
+type Place = ([String; 4], u64, u64, usize);
 
-impl Run {
-    fn key(&self) -> Key {
-        let step = (self.step_ms * 1e6).round() as u64;
-        let text = [&self.hand, &self.family, &self.engine, &self.settings].map(Clone::clone);
-        let [hand, family, engine, settings] = text;
-        (hand, family, engine, settings, step, self.aside_um.to_bits(), self.index)
-    }
+/// The place of a run in its plan.
+fn place(run: &Run) -> Place {
+    let text = [&run.hand, &run.family, &run.engine, &run.settings].map(Clone::clone);
+    (text, ns(run.step_ms), run.aside_um.to_bits(), run.index)
+}
+
+fn ns(step_ms: f64) -> u64 {
+    (step_ms * 1e6).round() as u64
 }
 
 impl Task<'_> {
-    fn key(&self) -> Key {
-        let step = (self.step_ms * 1e6).round() as u64;
-        let text =
-            [self.trial.hand.name(), self.trial.family.name(), self.engine.name(), self.engine.settings()]
-                .map(str::to_owned);
-        let [hand, family, engine, settings] = text;
-        (hand, family, engine, settings, step, self.aside_um.to_bits(), self.trial.index)
+    fn of(&self) -> [String; 4] {
+        let Task { trial, engine, .. } = self;
+        [trial.hand.name(), trial.family.name(), engine.name(), engine.settings()].map(str::to_owned)
+    }
+
+    fn place(&self) -> Place {
+        (self.of(), ns(self.step_ms), self.aside_um.to_bits(), self.trial.index)
     }
 
     fn play(&self, run_limit_s: f64) -> Result<Run> {
         let begin = Instant::now();
-        let (hand, family, engine, settings, .., index) = self.key();
-        let Task { step_ms, aside_um, .. } = *self;
+        let [hand, family, engine, settings] = self.of();
+        let Task { step_ms, aside_um, trial: Trial { index, .. }, .. } = *self;
+        let index = *index;
         let task = child::Task::Grasp { hand: hand.clone(), family: family.clone(), index, aside_um };
         let fate = match task.play(self.engine, 1e-3 * step_ms, run_limit_s)? {
             Err(failure) if failure.unfinished => Fate::unknown(),
-            fate => fate.with_context(|| format!("{:?}", self.key()))?,
+            fate => fate.with_context(|| format!("{:?}", self.place()))?,
         };
         let wall_s = begin.elapsed().as_secs_f64();
         Ok(Run {
@@ -126,71 +124,142 @@ impl Task<'_> {
             step_ms,
             aside_um,
             scene: self.scene.to_owned(),
+            key: self.peer_key.clone(),
             fate,
             wall_s,
         })
     }
 }
 
-/// Plays the runs that the file lacks, adds them there, and returns all runs of the plan in its order.
+/// Plays the runs that neither the file nor the kept cells have, adds them to the file, and returns all outcomes of the plan.
 ///
 /// # Errors
 /// An engine is missing or fails, or the file cannot be written.
-pub fn run(plan: &Plan, file: &Path) -> Result<Vec<Run>> {
-    let mujoco = plan.engines.iter().any(|engine| matches!(engine, EngineKind::MuJoCo(_)));
-    if mujoco && !plan.count_only {
-        mujoco::version()?;
-    }
+pub fn run(plan: &Plan, file: &Path, kept: &BTreeMap<String, Cell>) -> Result<Outcomes> {
     let trials = trials(plan)?;
-    let tasks: Vec<Task> = trials
-        .iter()
-        .flat_map(|(trial, scene)| {
-            let fits = |engine: &&EngineKind| trial.hand == HandKind::SoftHand || **engine == EngineKind::Own;
-            plan.engines.iter().filter(fits).flat_map(move |engine| {
-                let aside_um = plan.aside_um;
-                let at =
-                    move |step_ms: &f64| Task { trial, scene, engine: *engine, step_ms: *step_ms, aside_um };
-                plan.steps_ms.iter().map(at)
-            })
-        })
-        .collect();
+    let tasks = tasks(plan, &trials)?;
+    let mut cells: BTreeMap<([String; 4], u64), Vec<&Task>> = BTreeMap::new();
+    for task in &tasks {
+        cells.entry((task.of(), ns(task.step_ms))).or_default().push(task);
+    }
+    let mut kept_cells = BTreeMap::new();
+    let mut kept_tasks = Vec::new();
+    for (of, tasks) in cells {
+        let keys: Option<Vec<String>> = tasks.iter().map(|task| task.peer_key.clone()).collect();
+        if let Some(cell) = keys.and_then(|keys| kept.get(&scene_id::of_all(&keys))) {
+            kept_cells.insert(of, cell.clone());
+            kept_tasks.push((tasks, &*cell.endings));
+        }
+    }
+    sentinels(&kept_tasks, plan.run_limit_s)?;
     let commit = machine::commit();
     let (log, lines) = RunLog::open::<Line>(file)?;
-    let mut known = known(lines, &commit, plan.reuse_peers);
-    let scenes: BTreeMap<Key, &str> = tasks.iter().map(|task| (task.key(), task.scene)).collect();
-    known.retain(|key, run| scenes.get(key).is_some_and(|scene| *scene == run.scene));
-    let open: Vec<&Task> = tasks.iter().filter(|task| !known.contains_key(&task.key())).collect();
-    eprintln!("{} of {} grasps are to be played", open.len(), tasks.len());
-    if !plan.count_only {
-        play_all(plan, &open, |run| {
-            log.add(&Line { commit: commit.clone(), run: run.clone() })?;
-            known.insert(run.key(), run);
-            Ok(())
-        })?;
-    }
-    Ok(tasks.iter().filter_map(|task| known.get(&task.key()).cloned()).collect())
+    let mut known = known(lines, &commit, plan.peers_anew);
+    let wanted: BTreeMap<Place, &Task> = tasks.iter().map(|task| (task.place(), task)).collect();
+    known.retain(|place, run| {
+        wanted.get(place).is_some_and(|task| task.scene == run.scene && task.peer_key == run.key)
+    });
+    let is_kept = |task: &Task| kept_cells.contains_key(&(task.of(), ns(task.step_ms)));
+    let tasks: Vec<&Task> = tasks.iter().filter(|task| !is_kept(task)).collect();
+    let open: Vec<&Task> = tasks.iter().copied().filter(|task| !known.contains_key(&task.place())).collect();
+    eprintln!("{} grasps are to be played, {} tables of peers are kept", open.len(), kept_cells.len());
+    play_all(plan, &open, |run| {
+        log.add(&Line { commit: commit.clone(), run: run.clone() })?;
+        known.insert(place(&run), run);
+        Ok(())
+    })?;
+    let kept = kept_cells.into_iter().map(|((of, _), cell)| KeptCell { of, cell }).collect();
+    Ok(Outcomes { runs: tasks.iter().filter_map(|task| known.get(&task.place()).cloned()).collect(), kept })
 }
 
-/// The drawn grasps with their identities.
-fn trials(plan: &Plan) -> Result<Vec<(Trial, String)>> {
+/// Plays some of the kept grasps again: one of each of [`SENTINELS`] cells, another place of the draw in each.
+///
+/// # Errors
+/// One ends otherwise.
+fn sentinels(cells: &[(Vec<&Task>, &str)], run_limit_s: f64) -> Result<()> {
+    let count = cells.len().min(SENTINELS);
+    for k in 0..count {
+        let (tasks, endings) = &cells[k * cells.len() / count];
+        let place = k * tasks.len() / count;
+        let (task, kept) = (tasks[place], endings.chars().nth(place));
+        // What did not end in its time may do so today.
+        if kept == Some(letter(Ending::NotFinished)) {
+            continue;
+        }
+        let now = letter(task.play(run_limit_s)?.fate.ending);
+        ensure!(
+            kept == Some(now),
+            "{:?} ends with `{now}`, and {kept:?} is kept: --peers-anew plays all grasps of peers again",
+            task.place()
+        );
+    }
+    Ok(())
+}
+
+/// All runs of a plan.
+fn tasks<'a>(plan: &Plan, trials: &'a [(Trial, AskedTrial)]) -> Result<Vec<Task<'a>>> {
+    let mut versions: BTreeMap<&str, String> = BTreeMap::new();
+    let mut tasks = Vec::new();
+    for (trial, asked) in trials {
+        let fits = |engine: &&EngineKind| trial.hand == HandKind::SoftHand || **engine == EngineKind::Own;
+        for engine in plan.engines.iter().copied().filter(|engine| fits(&engine)) {
+            if !versions.contains_key(engine.name()) {
+                versions.insert(engine.name(), engine.version()?);
+            }
+            let plays = |step: &&f64| engine == EngineKind::Own || plan.peer_steps_ms.contains(step);
+            for step_ms in plan.steps_ms.iter().filter(plays) {
+                let run = PeerRun {
+                    kind: engine,
+                    version: &versions[engine.name()],
+                    scene: &asked.identity,
+                    needs: &asked.needs,
+                    step_ms: *step_ms,
+                    reference_ms: 0.0,
+                    judged_by: &rules(trial.hand),
+                    starts: 1,
+                    run_limit_s: plan.run_limit_s,
+                    quick: false,
+                };
+                // A grasp that is moved aside is played for a question, not for the page.
+                let peer_key = run.key().map(|key| format!("{key}{}", aside(plan.aside_um)));
+                let Plan { aside_um, .. } = *plan;
+                tasks.push(Task {
+                    trial,
+                    scene: &asked.identity,
+                    engine,
+                    step_ms: *step_ms,
+                    aside_um,
+                    peer_key,
+                });
+            }
+        }
+    }
+    Ok(tasks)
+}
+
+fn aside(um: f64) -> String {
+    if um == 0.0 { String::new() } else { format!("+{um}um") }
+}
+
+/// The drawn grasps, and what each asks of an engine.
+fn trials(plan: &Plan) -> Result<Vec<(Trial, AskedTrial)>> {
     let mut trials = Vec::new();
     for hand in &plan.hands {
         for family in plan.families.iter().filter(|family| family.fits(*hand)) {
             for trial in Trial::of(*hand, *family, plan.placements)? {
-                let scene = scene_id::of_trial(&trial)?;
-                trials.push((trial, scene));
+                let asked = scene_id::asked_of_trial(&trial)?;
+                trials.push((trial, asked));
             }
         }
     }
     Ok(trials)
 }
 
-/// Runs of this commit; those of peers of any, if they are reused.
-fn known(lines: Vec<Line>, commit: &str, reuse_peers: bool) -> BTreeMap<Key, Run> {
-    let valid = |Line { commit: of, run }: &Line| {
-        is_of_commit(of, commit) || reuse_peers && run.engine != EngineKind::Own.name()
-    };
-    lines.into_iter().filter(valid).map(|line| (line.run.key(), line.run)).collect()
+/// Runs of this commit; those of peers of any, if they are not played anew.
+fn known(lines: Vec<Line>, commit: &str, peers_anew: bool) -> BTreeMap<Place, Run> {
+    let valid =
+        |Line { commit: of, run }: &Line| is_of_commit(of, commit) || !peers_anew && run.key.is_some();
+    lines.into_iter().filter(valid).map(|line| (place(&line.run), line.run)).collect()
 }
 
 fn play_all(plan: &Plan, open: &[&Task], mut done: impl FnMut(Run) -> Result<()>) -> Result<()> {
@@ -275,12 +344,12 @@ mod tests {
             families: vec![Family::Ball],
             engines: vec![EngineKind::Own],
             steps_ms: vec![8.0, 16.0],
+            peer_steps_ms: Vec::new(),
             placements: 2,
             aside_um: 0.0,
             jobs,
             run_limit_s: 60.0,
-            reuse_peers: false,
-            count_only: false,
+            peers_anew: false,
         }
     }
 
@@ -288,7 +357,7 @@ mod tests {
     fn runs_are_the_same_on_one_thread_and_on_three_and_a_cut_line_is_left_out() {
         let file = std::env::temp_dir().join(format!("palmares-grasps-{}.jsonl", std::process::id()));
         let play = |jobs: usize| {
-            let mut runs = run(&plan(jobs), &file).expect("ours plays");
+            let mut runs = run(&plan(jobs), &file, &BTreeMap::new()).expect("ours plays").runs;
             runs.iter_mut().for_each(|run| run.wall_s = 0.0);
             let text = fs::read_to_string(&file).expect("written");
             fs::write(&file, format!("{text}{{\"commit\":")).expect("written");
@@ -299,24 +368,52 @@ mod tests {
         fs::remove_file(&file).expect("written");
         assert_eq!(one, many);
         assert_eq!(one.len(), 4);
-        assert!(one.iter().map(|run| run.key()).is_sorted_by(|a, b| a.6 <= b.6));
+        assert!(one.iter().map(|run| run.index).is_sorted());
     }
 
     #[test]
     fn runs_of_a_commit_are_known_and_those_of_changed_files_are_not() {
         let trial = &Trial::of(HandKind::SoftHand, Family::Ball, 1).expect("drawn")[0];
-        let run = Task { trial, scene: "a", engine: EngineKind::Own, step_ms: 16.0, aside_um: 0.0 }
+        let engine = EngineKind::Own;
+        let run = Task { trial, scene: "a", engine, step_ms: 16.0, aside_um: 0.0, peer_key: None }
             .play(60.0)
             .expect("ours plays");
-        let peer = Run { engine: "mujoco".into(), ..run.clone() };
+        let peer = Run { engine: "mujoco".into(), key: Some("abcd".into()), ..run.clone() };
         let lines = || {
             let lines = [("aaaa", &run), ("bbbb+", &run), ("cccc", &peer)];
             lines.map(|(commit, run)| Line { commit: commit.to_owned(), run: run.clone() }).into()
         };
-        let count = |commit, reuse| known(lines(), commit, reuse).len();
-        assert_eq!(count("aaaa", false), 1);
-        assert_eq!(count("bbbb+", false), 0);
-        assert_eq!(count("dddd", false), 0);
-        assert_eq!(count("dddd", true), 1);
+        let count = |commit, anew| known(lines(), commit, anew).len();
+        assert_eq!((count("aaaa", true), count("aaaa", false)), (1, 2));
+        assert_eq!((count("bbbb+", true), count("cccc", true)), (0, 1));
+        assert_eq!((count("dddd", true), count("dddd", false)), (0, 1));
+    }
+
+    #[test]
+    fn peers_play_at_their_steps_and_each_of_their_runs_has_a_key() {
+        let rapier = EngineKind::from_names("rapier", None).expect("it is known");
+        let engines = vec![EngineKind::Own, rapier];
+        let plan = Plan { engines, steps_ms: vec![8.0, 16.0], peer_steps_ms: vec![16.0], ..plan(1) };
+        let trials = trials(&plan).expect("drawn");
+        let tasks = tasks(&plan, &trials).expect("a plan");
+        let of = |engine: &str| tasks.iter().filter(|task| task.engine.name() == engine).count();
+        assert_eq!((of("own"), of("rapier")), (4, 2), "two grasps, ours at both steps");
+        for task in &tasks {
+            assert_eq!(task.peer_key.is_some(), task.engine.name() == "rapier");
+        }
+        let aside = super::tasks(&Plan { aside_um: 1.0, ..plan }, &trials).expect("a plan");
+        assert!(aside.iter().zip(&tasks).all(|(a, b)| a.peer_key.is_none() || a.peer_key != b.peer_key));
+    }
+
+    #[test]
+    fn a_kept_grasp_that_ends_otherwise_is_an_error() {
+        let trials = trials(&plan(1)).expect("drawn");
+        let tasks = tasks(&Plan { steps_ms: vec![16.0], ..plan(1) }, &trials).expect("a plan");
+        let played: String =
+            tasks.iter().map(|task| letter(task.play(60.0).expect("ours plays").fate.ending)).collect();
+        let tasks: Vec<&Task> = tasks.iter().collect();
+        sentinels(&[(tasks.clone(), &played)], 60.0).expect("the same");
+        let other = sentinels(&[(tasks, "nn")], 60.0).expect_err("another ending").to_string();
+        assert!(other.contains("--peers-anew"), "{other}");
     }
 }

@@ -1,10 +1,14 @@
 //! All runs of a plan, counted.
 
-use super::runner::{Plan, Run};
-use super::tally::{Count, Flips, wilson};
+use super::cell::Cell;
+use super::pairs::{self, Pairs};
+use super::run::Run;
+use super::runner::{Outcomes, Plan};
+use super::tally::{Count, Flips};
+use crate::engine::EngineKind;
+use crate::peer_key::Kept;
 use crate::scene_id;
-use crate::trials::family::{self, Family, HandKind};
-use crate::trials::play::Ending;
+use crate::trials::family::{self, Family};
 use anyhow::{Context, Result, ensure};
 use palmares_bench::record::Record;
 use serde::{Deserialize, Serialize};
@@ -38,6 +42,9 @@ pub(crate) struct Table {
     pub engines: Vec<[String; 3]>,
     /// Rows of the tables.
     pub rows: Vec<OutcomeRow>,
+    /// Ours beside the engine before, where an earlier table has it with the same grasps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub before: Option<Pairs>,
 }
 
 /// Outcomes of an engine with a family and a hand.
@@ -55,51 +62,21 @@ pub(crate) struct OutcomeRow {
     pub cells: Vec<Cell>,
     /// Changes of the outcome with the step.
     pub flips: Flips,
-    /// Identity of its scenes and set points.
+    /// Identity of the scenes and set points of ours.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenes: Option<String>,
-    /// Commit of the program that played it, if it was kept from an earlier table.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub commit: Option<String>,
-}
-
-/// At one step.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Cell {
-    /// ms
-    pub step_ms: f64,
-    /// Ending of each grasp, in the order of the draw: k kept, o overlapping too deeply, l not lifted, h lost
-    /// while held, s lost while shaken, d diverged, n not finished.
-    pub endings: String,
-    /// Counts.
-    pub count: Count,
-    /// Bounds of the proportion kept at 95 %.
-    pub wilson: [f64; 2],
-    /// Median of the deepest overlap of the grasps that were not lost, mm.
-    pub overlap_mm: Option<f64>,
 }
 
 impl Table {
-    /// Counts the runs of a plan.
-    pub(super) fn of(record: Record, plan: &Plan, runs: &[Run]) -> Self {
+    /// Counts the outcomes of a plan.
+    pub(super) fn of(record: Record, plan: &Plan, outcomes: &Outcomes) -> Self {
         let mut rows = Vec::new();
         for hand in &plan.hands {
             for family in &plan.families {
                 for engine in &plan.engines {
-                    let of: Vec<&Run> = runs
-                        .iter()
-                        .filter(|run| run.hand == hand.name() && run.family == family.name())
-                        .filter(|run| run.engine == engine.name() && run.settings == engine.settings())
-                        .collect();
-                    if !of.is_empty() {
-                        rows.push(OutcomeRow::of(
-                            *hand,
-                            *family,
-                            [engine.name(), engine.settings()],
-                            plan,
-                            &of,
-                        ));
-                    }
+                    let names = [hand.name(), family.name(), engine.name(), engine.settings()];
+                    let row = OutcomeRow::of(names, plan, outcomes);
+                    rows.extend(row.cells.iter().any(|cell| !cell.endings.is_empty()).then_some(row));
                 }
             }
         }
@@ -121,54 +98,34 @@ impl Table {
                 .map(|it| [it.name(), it.settings(), it.about_settings()].map(text))
                 .collect(),
             rows,
+            before: None,
         }
     }
 }
 
 impl Table {
-    /// Takes over the rows of peers that an earlier table has and this one has not.
-    ///
-    /// # Errors
-    /// The tables are of other families, grasps, steps or limits.
-    pub(super) fn keep_peers(&mut self, earlier: Table) -> Result<()> {
-        let of = |table: &Table| {
-            let names: Vec<String> = table.families.iter().map(|[name, _]| name.clone()).collect();
-            let Table { placements, steps_ms, run_limit_cpu_s, .. } = table;
-            format!("{placements} of {} at {steps_ms:?} ms, limit {run_limit_cpu_s:?} s", names.join(", "))
+    /// The cells of peers that a later table may keep, by their keys.
+    pub(super) fn kept(&self) -> BTreeMap<String, Cell> {
+        let Record { commit, date, .. } = &self.record;
+        let this = || Kept { commit: commit.clone(), date: date.clone(), time_factor: None };
+        let cells = self.rows.iter().flat_map(|row| &row.cells).filter_map(|cell| {
+            let kept = cell.kept.clone().unwrap_or_else(this);
+            Some((cell.key.clone()?, Cell { kept: Some(kept), ..cell.clone() }))
+        });
+        cells.collect()
+    }
+
+    /// Sets ours beside the engine before. A table of the same engine has the same outcomes: its own engine before counts.
+    pub(super) fn pair_with(&mut self, earlier: &Table) {
+        self.before = match earlier.record.engine == self.record.engine {
+            true => earlier.before.clone(),
+            false => pairs::of(earlier, self),
         };
-        let (before, now) = (of(&earlier), of(self));
-        ensure!(before == now, "rows cannot be kept: the earlier table has {before}; this one {now}");
-        for engine in earlier.engines {
-            if !self.engines.iter().any(|own| own[..2] == engine[..2]) {
-                self.engines.push(engine);
-            }
-        }
-        for row in earlier.rows.iter().filter(|row| row.engine != "own") {
-            let own = self.rows.iter().find(|own| own.hand == row.hand && own.family == row.family);
-            ensure!(
-                own.is_none_or(|own| own.scenes == row.scenes),
-                "rows cannot be kept: {} `{}` played other scenes in {}",
-                row.engine,
-                row.settings,
-                row.family
-            );
-        }
-        let known =
-            |row: &OutcomeRow| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
-        for mut row in earlier.rows.into_iter().filter(|row| row.engine != "own") {
-            if !self.rows.iter().any(|own| known(own) == known(&row)) {
-                row.commit.get_or_insert(earlier.record.commit.clone());
-                self.rows.push(row);
-            }
-        }
-        let place = |row: &OutcomeRow| {
-            let hand = HandKind::ALL.iter().position(|hand| hand.name() == row.hand);
-            let family = self.families.iter().position(|[name, _]| *name == row.family);
-            let of = |it: &[String; 3]| it[0] == row.engine && it[1] == row.settings;
-            (hand, family, self.engines.iter().position(of))
-        };
-        self.rows.sort_by_key(place);
-        Ok(())
+    }
+
+    /// Rows of ours.
+    pub(super) fn ours(&self) -> impl Iterator<Item = &OutcomeRow> {
+        self.rows.iter().filter(|row| row.engine == EngineKind::Own.name())
     }
 }
 
@@ -252,48 +209,23 @@ impl OutcomeRow {
         Sum { engine: &self.engine, settings: &self.settings, counts, flips: self.flips }
     }
 
-    fn of(hand: HandKind, family: Family, engine: [&str; 2], plan: &Plan, runs: &[&Run]) -> Self {
-        let at = |step_ms: &f64| runs.iter().filter(|run| run.step_ms == *step_ms).copied().collect();
-        let [engine, settings] = engine.map(str::to_owned);
+    fn of(names: [&str; 4], plan: &Plan, Outcomes { runs, kept }: &Outcomes) -> Self {
+        let of = |run: &&Run| [&*run.hand, &*run.family, &*run.engine, &*run.settings] == names;
+        let runs: Vec<&Run> = runs.iter().filter(of).collect();
+        let kept: Vec<&Cell> = kept.iter().filter(|it| it.of == names).map(|it| &it.cell).collect();
+        let cell = |step_ms: &f64| match kept.iter().find(|cell| cell.step_ms == *step_ms) {
+            Some(cell) => (*cell).clone(),
+            None => Cell::of(*step_ms, runs.iter().filter(|run| run.step_ms == *step_ms).copied().collect()),
+        };
+        let cells: Vec<Cell> = plan.steps_ms.iter().map(cell).collect();
+        let played = cells.iter().map(|cell| &*cell.endings).filter(|endings| !endings.is_empty());
+        let flips = Flips::of_endings(&played.collect::<Vec<_>>());
+        let [hand, family, engine, settings] = names.map(str::to_owned);
         let by_grasp: BTreeMap<usize, String> =
             runs.iter().map(|run| (run.index, run.scene.clone())).collect();
         let scenes: Vec<String> = by_grasp.into_values().collect();
-        OutcomeRow {
-            hand: hand.name().to_owned(),
-            family: family.name().to_owned(),
-            engine,
-            settings,
-            cells: plan.steps_ms.iter().map(|step_ms| Cell::of(*step_ms, at(step_ms))).collect(),
-            flips: Flips::of(runs.iter().copied()),
-            scenes: Some(scene_id::of_all(&scenes)),
-            commit: None,
-        }
-    }
-}
-
-impl Cell {
-    fn of(step_ms: f64, mut runs: Vec<&Run>) -> Self {
-        runs.sort_by_key(|run| run.index);
-        let count = Count::of(runs.iter().copied());
-        let letter = |run: &&Run| match run.fate.ending {
-            Ending::Kept => 'k',
-            Ending::Overlapping => 'o',
-            Ending::NotLifted => 'l',
-            Ending::LostHeld => 'h',
-            Ending::LostShaken => 's',
-            Ending::Diverged => 'd',
-            Ending::NotFinished => 'n',
-        };
-        let there = |run: &&&Run| matches!(run.fate.ending, Ending::Kept | Ending::Overlapping);
-        let mut depths: Vec<f64> = runs.iter().filter(there).map(|run| run.fate.overlap_mm).collect();
-        depths.sort_by(f64::total_cmp);
-        Cell {
-            step_ms,
-            endings: runs.iter().map(letter).collect(),
-            count,
-            wilson: wilson(count.kept, count.of),
-            overlap_mm: depths.get(depths.len() / 2).copied(),
-        }
+        let scenes = (engine == EngineKind::Own.name()).then(|| scene_id::of_all(&scenes));
+        OutcomeRow { hand, family, engine, settings, cells, flips, scenes }
     }
 }
 
@@ -302,27 +234,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn peers_of_an_earlier_table_keep_their_places_and_their_commit() {
+    fn cells_that_were_kept_before_keep_their_day() {
         let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/report/grasps/grasps.json");
-        let all = Table::read(&page).expect("the page's counts");
-        let mut own = all.clone();
-        own.rows.retain(|row| row.engine == "own");
-        own.engines.truncate(1);
-        own.record.commit = "later".to_owned();
-        own.keep_peers(all.clone()).expect("the same grasps");
-        let names = |table: &Table| -> Vec<[String; 4]> {
-            let name =
-                |row: &OutcomeRow| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
-            table.rows.iter().map(name).collect()
-        };
-        assert_eq!(names(&own), names(&all));
-        for row in &own.rows {
-            let kept = row.engine != "own";
-            assert_eq!(row.commit.is_some(), kept, "{} `{}`", row.engine, row.settings);
-            assert!(row.commit.as_ref().is_none_or(|commit| commit != "later"));
+        let mut table = Table::read(&page).expect("the page's counts");
+        table.rows.truncate(2);
+        let old = Kept { commit: "old".into(), date: "2026-01-01".into(), time_factor: None };
+        for (key, row, kept) in [("a", 0, None), ("b", 1, Some(old.clone()))] {
+            table.rows[row].cells.truncate(2);
+            (table.rows[row].cells[0].key, table.rows[row].cells[1].key) = (Some(key.to_owned()), None);
+            table.rows[row].cells[0].kept = kept;
         }
-        let other_steps = Table { steps_ms: vec![1.0], ..all.clone() };
-        let fewer_families = Table { families: all.families[1..].to_vec(), ..all };
-        assert!(own.keep_peers(other_steps).is_err() && own.keep_peers(fewer_families).is_err());
+        let kept = table.kept();
+        let commits: Vec<(&str, &str)> =
+            kept.iter().map(|(key, cell)| (&**key, &*cell.kept.as_ref().expect("kept").commit)).collect();
+        assert_eq!(commits, [("a", &*table.record.commit), ("b", "old")], "a cell without a key is not kept");
     }
 }

@@ -4,7 +4,8 @@
 use super::comparison::{Comparison, distinct};
 use super::dominance::{PeerResult, Verdict};
 use super::runner::read;
-use crate::engine::EngineKind;
+use super::{front_figure, front_table};
+use crate::grasps::table::Table;
 use anyhow::{Context, Result, bail};
 use std::fmt::Write;
 use std::fs;
@@ -19,18 +20,25 @@ pub const END: &str = "<!-- end of claims -->";
 const REPORTS: [&str; 3] =
     ["docs/report/report.json", "docs/report/further/report.json", "docs/report/hands/report.json"];
 
-/// The documents whose claims differ from the committed reports.
+/// The picture of README.
+const FIGURE: &str = "docs/report/one_look.svg";
+/// The counted grasps.
+const GRASPS: &str = "docs/report/grasps/grasps.json";
+
+/// A file with what it should say.
+struct Written {
+    file: &'static str,
+    text: String,
+    wanted: String,
+}
+
+/// The files whose claims differ from the committed reports.
 ///
 /// # Errors
 /// A report or document cannot be read, or has no marks.
 pub fn stale(root: &Path) -> Result<Vec<&'static str>> {
-    let mut stale = Vec::new();
-    for (file, text, wanted) in documents(root)? {
-        if replaced(&text, &wanted).with_context(|| file.to_owned())? != text {
-            stale.push(file);
-        }
-    }
-    Ok(stale)
+    let files = files(root)?.into_iter();
+    Ok(files.filter(|it| it.text != it.wanted).map(|it| it.file).collect())
 }
 
 /// Writes the claims anew.
@@ -38,19 +46,25 @@ pub fn stale(root: &Path) -> Result<Vec<&'static str>> {
 /// # Errors
 /// A report or document cannot be read or written, or has no marks.
 pub fn write(root: &Path) -> Result<()> {
-    for (file, text, wanted) in documents(root)? {
-        let new = replaced(&text, &wanted).with_context(|| file.to_owned())?;
-        fs::write(root.join(file), new).with_context(|| format!("cannot write {file}"))?;
+    for Written { file, wanted, .. } in files(root)? {
+        let path = root.join(file);
+        match wanted.is_empty() {
+            true if path.exists() => fs::remove_file(&path),
+            true => Ok(()),
+            false => fs::write(&path, wanted),
+        }
+        .with_context(|| format!("cannot write {file}"))?;
     }
     Ok(())
 }
 
-/// Name, text and claims of every document.
-fn documents(root: &Path) -> Result<[(&'static str, String, String); 2]> {
+/// Every file, a picture without content if there is nothing to show.
+fn files(root: &Path) -> Result<[Written; 3]> {
     let made = REPORTS.iter().map(|file| root.join(file)).filter(|file| file.exists());
     let mut reports = made.map(|file| read(&file)).collect::<Result<Vec<_>>>()?;
     // Claims about another engine hold for the engine that is built.
-    reports.retain(|report| report.record.engine == palmares_tasks::identity::fingerprint());
+    let built = palmares_tasks::identity::fingerprint();
+    reports.retain(|report| report.record.engine == built);
     for k in 0..reports.len() {
         let later: Vec<String> = reports[k + 1..]
             .iter()
@@ -58,12 +72,24 @@ fn documents(root: &Path) -> Result<[(&'static str, String, String); 2]> {
             .map(|result| result.case.clone())
             .collect();
         reports[k].results.retain(|result| !later.contains(&result.case));
+        reports[k].runs.retain(|run| !later.contains(&run.case));
     }
+    let grasps = Table::read(&root.join(GRASPS)).ok().filter(|table| table.record.engine == built);
     let text =
         |file: &str| fs::read_to_string(root.join(file)).with_context(|| format!("cannot read {file}"));
+    let document = |file: &'static str, claims: String| {
+        let text = text(file)?;
+        let wanted = replaced(&text, &claims).with_context(|| file.to_owned())?;
+        Ok::<_, anyhow::Error>(Written { file, text, wanted })
+    };
     Ok([
-        ("README.md", text("README.md")?, readme(&reports)),
-        ("docs/physics.md", text("docs/physics.md")?, physics(&reports)),
+        document("README.md", readme(&reports, grasps.as_ref()))?,
+        document("docs/physics.md", physics(&reports))?,
+        Written {
+            file: FIGURE,
+            text: text(FIGURE).unwrap_or_default(),
+            wanted: front_figure::picture(&reports)?.unwrap_or_default(),
+        },
     ])
 }
 
@@ -82,12 +108,19 @@ fn outside(text: &str) -> Result<String> {
     Ok(replaced(text, "")?.replace(BEGIN, "").replace(END, ""))
 }
 
-fn readme(reports: &[Comparison]) -> String {
-    let mut out = String::new();
-    for report in reports {
-        out += &table(report);
+fn readme(reports: &[Comparison], grasps: Option<&Table>) -> String {
+    if reports.is_empty() {
+        return NOTHING.to_owned();
     }
-    if out.is_empty() { NOTHING.to_owned() } else { out }
+    let count: usize = reports.iter().map(|report| report.results.len()).sum();
+    let commits = distinct(reports.iter().map(|report| &report.record.commit)).join(", ");
+    wrapped(&format!(
+        "Each cell has the longest step that solves the scene, the CPU time of a simulated second at it, the starts solved and the \
+         deepest overlap. Each engine has the best of its named settings. {EMULATOR} The figure has all {count} comparisons (commit \
+         {commits}; [scenes, settings and runs](docs/report/README.md))."
+    )) + "\n"
+        + &front_table::table(reports, grasps)
+        + "\n![A row a scene: the CPU time of each other engine over that of Palmares at no larger error](docs/report/one_look.svg)\n"
 }
 
 fn physics(reports: &[Comparison]) -> String {
@@ -112,49 +145,12 @@ fn physics(reports: &[Comparison]) -> String {
     }
 }
 
+/// What this program succeeds, in numbers of its authors.
+const EMULATOR: &str = "The emulator of Rocchi and Hauser (2016) is not played: its authors give 0.24 times real time for a typical \
+                        grasp, which is 4200 ms a simulated second, on an i7-6500U.";
+
 /// The claims, where no report is of this engine.
 const NOTHING: &str = "No comparison has been measured with the engine of this version.\n";
-
-/// A row for each scene of a report, a column for each engine: the steps at which it does the scene.
-fn table(report: &Comparison) -> String {
-    let peers: Vec<_> =
-        report.engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name()).collect();
-    let cases = distinct(report.results.iter().map(|result| &result.case));
-    let of = |case: &str, peer: &str| {
-        report.results.iter().find(|result| result.case == case && result.peer == peer)
-    };
-    let steps = report.results.iter().map(|result| &*result.steps_ms).max_by_key(|steps| steps.len());
-    let starts = report.runs.iter().filter_map(|run| Some(run.starts.as_ref()?.tried));
-    let from = match (starts.clone().min(), starts.max()) {
-        (Some(least), Some(most)) if least == most => format!(", each judged by {most} starts"),
-        (Some(least), Some(most)) => format!(", each judged by {least} to {most} starts"),
-        _ => String::new(),
-    };
-    let mut out = wrapped(&format!(
-        "The number of step lengths, of {} ms, at which an engine does a scene{from}. Of another engine: the best of its \
-         named settings, and at least how many times our CPU time it takes for an equal or smaller error. Settings without \
-         a name may do better. [Scenes, settings, all runs](docs/report/hands/README.md) (commit {}).",
-        numbers(steps.unwrap_or_default()),
-        report.record.commit,
-    ));
-    let heads = peers
-        .iter()
-        .map(|note| format!(" {} {}, {} settings |", note.name, note.version, note.settings.len()));
-    let _ = writeln!(out, "\n| scene | ours |{}", heads.collect::<String>());
-    let _ = writeln!(out, "|---|---|{}", "---|".repeat(peers.len()));
-    for case in cases {
-        let results: Vec<_> = peers.iter().map(|note| of(case, &note.name)).collect();
-        let own = results
-            .iter()
-            .flatten()
-            .next()
-            .map_or(String::new(), |result| format!("{} of {}", result.own_done, result.steps_ms.len()));
-        let cells =
-            results.into_iter().map(|result| format!(" {} |", result.map_or("not played".into(), cell)));
-        let _ = writeln!(out, "| `{case}` | {own} |{}", cells.collect::<String>());
-    }
-    out
-}
 
 /// The result of a peer in a scene.
 fn cell(result: &PeerResult) -> String {
@@ -165,10 +161,6 @@ fn cell(result: &PeerResult) -> String {
         _ => times.map_or(String::new(), |times| format!("; {times:.1} times")),
     };
     format!("{} with `{}`{times}", surest.steps(), surest.settings)
-}
-
-fn numbers(of: &[f64]) -> String {
-    of.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
 }
 
 fn bullet(out: &mut String, result: &PeerResult) {
@@ -203,6 +195,11 @@ mod tests {
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
     }
 
+    fn documents(root: &Path) -> impl Iterator<Item = Written> {
+        let files = files(root).expect("reports and documents can be read");
+        files.into_iter().filter(|it| it.file.ends_with(".md"))
+    }
+
     /// Sentences that name a peer without comparing anything.
     const NEUTRAL: [&str; 2] = [
         "cargo xtask report # speed against error beside rapier and MuJoCo, into docs/report; --quick takes minutes",
@@ -217,8 +214,7 @@ mod tests {
 
     #[test]
     fn nothing_else_is_said_of_peers() {
-        let marked = documents(root()).expect("they are in the repository");
-        let marked = marked.map(|(file, text, _)| (file, outside(&text).expect("it has marks")));
+        let marked = documents(root()).map(|it| (it.file, outside(&it.text).expect("it has marks")));
         let bare = fs::read_to_string(root().join("ARCHITECTURE.md")).expect("it is in the repository");
         for (file, text) in marked.into_iter().chain([("ARCHITECTURE.md", bare)]) {
             let mut text = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -250,8 +246,7 @@ mod tests {
 
     #[test]
     fn counted_grasps_have_one_origin() {
-        let marked = documents(root()).expect("they are in the repository");
-        for (file, text, _) in marked {
+        for Written { file, text, .. } in documents(root()) {
             let text = outside(&text).expect("it has marks");
             for words in [" of 144", "all 144", "% of the outcomes", "% of the grasps"] {
                 let line = text.lines().find(|line| line.contains(words));
@@ -268,17 +263,21 @@ mod tests {
         for file in ["README.md", "docs/physics.md", hands] {
             fs::copy(root().join(file), folder.path().join(file)).expect("copied");
         }
-        let claims = || documents(folder.path()).expect("readable").map(|(_, _, claims)| claims);
+        let written = || documents(folder.path()).map(|it| it.wanted.contains(NOTHING)).collect::<Vec<_>>();
         let report = fs::read_to_string(root().join(hands)).expect("readable");
         let json: serde_json::Value = serde_json::from_str(&report).expect("a report");
         let measured = json["engine"].as_str().expect("its engine");
         let of = |engine: &str| {
             fs::write(folder.path().join(hands), report.replace(measured, engine)).expect("written");
-            claims()
+            written()
         };
         let built = palmares_tasks::identity::fingerprint();
-        assert!(of(&built).iter().all(|claims| claims != NOTHING), "a report of the engine that is built");
-        assert_eq!(of("0123456789abcdef"), [NOTHING, NOTHING]);
+        assert_eq!(of(&built), [false, false], "a report of the engine that is built");
+        let figure =
+            || files(folder.path()).expect("readable").into_iter().find(|it| it.file == FIGURE).expect("it");
+        assert!(figure().wanted.contains("<svg"));
+        assert_eq!(of("0123456789abcdef"), [true, true]);
+        assert_eq!(figure().wanted, "");
     }
 
     #[test]

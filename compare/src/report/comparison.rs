@@ -3,6 +3,7 @@
 use super::peer_result::{PeerResult, Verdict};
 use super::ticks::Ticks;
 use crate::engine::{EngineKind, NotPlayed};
+use crate::peer_key::Kept;
 use crate::played::trouble;
 use palmares_bench::case_report::{Figure, Invariants, Times};
 use palmares_bench::record::Record;
@@ -16,6 +17,9 @@ pub const FORMAT: u32 = 2;
 pub struct Comparison {
     /// [`FORMAT`].
     pub format: u32,
+    /// The part of the pages of record.
+    #[serde(default)]
+    pub part: String,
     /// Fewer cases, steps and repeats than a full report.
     pub quick: bool,
     /// Engine, models, commit, day and machine.
@@ -36,6 +40,9 @@ pub struct Comparison {
     /// Whether anything is faster than ours at an error that is not larger.
     #[serde(rename = "verdicts")]
     pub results: Vec<PeerResult>,
+    /// Kept runs that were played again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sentinels: Option<Sentinels>,
     /// Time of every 10 ms of a grasp.
     pub ticks: Vec<Ticks>,
     /// Cases that were left out, and why.
@@ -50,14 +57,11 @@ impl Comparison {
         self.engines.iter().filter(|note| note.ran).map(|note| &*note.name).collect()
     }
 
-    /// The source that an engine's note names for runs that are taken from here.
-    pub(super) fn origin(&self) -> KeptFrom {
-        KeptFrom {
-            commit: self.record.commit.clone(),
-            processor: self.record.machine.processor.clone(),
-            run_limit_s: self.run_limit_s,
-            run_limit_by: self.run_limit_by,
-        }
+    /// The source of a run that is taken from here.
+    pub(super) fn kept(&self, run: &Run) -> Kept {
+        let Record { commit, date, .. } = &self.record;
+        let this = || Kept { commit: commit.clone(), date: date.clone(), time_factor: None };
+        run.kept.clone().unwrap_or_else(this)
     }
 
     /// Comparisons in which a peer is ahead.
@@ -75,9 +79,6 @@ pub struct EngineNote {
     pub version: String,
     /// Whether it ran.
     pub ran: bool,
-    /// The report that its runs and their times were taken from, where they were not played for this one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub kept_from: Option<KeptFrom>,
     /// Step of its reference runs, ms.
     pub reference_ms: f64,
     /// Notes on all its settings.
@@ -86,17 +87,15 @@ pub struct EngineNote {
     pub settings: Vec<Choice>,
 }
 
-/// An earlier report.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct KeptFrom {
-    /// Its commit.
-    pub commit: String,
-    /// The processor of its machine.
-    pub processor: String,
-    /// Time that a run had at most, s, and by which clock.
-    pub run_limit_s: f64,
-    /// By which clock.
-    pub run_limit_by: Clock,
+/// Kept runs that were played again for a report.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sentinels {
+    /// Their number.
+    pub played: usize,
+    /// Median of the ratios of their times now to the kept ones; none in a quick report, which leaves kept times as they are.
+    pub time_ratio: Option<f64>,
+    /// Difference of the ratios in the middle half, as a part of the median.
+    pub spread: f64,
 }
 
 /// The clock that limits a run.
@@ -143,6 +142,12 @@ pub struct Run {
     /// Identity of its scene and commands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
+    /// [Key](crate::peer_key) of a peer's run; none of ours, and of runs that are not to be kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub key: Option<String>,
+    /// Where it is kept from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept: Option<Kept>,
     /// The case's figure; none if the run did not end.
     pub error: Option<Figure>,
     /// Its checks.
@@ -201,13 +206,15 @@ fn is_zero(count: &u32) -> bool {
 
 impl Run {
     /// A run of which nothing is known yet.
-    pub(super) fn begun(case: &str, kind: EngineKind, dt_ms: f64, scene: &str) -> Self {
+    pub(super) fn begun(case: &str, kind: EngineKind, dt_ms: f64, scene: &str, key: Option<String>) -> Self {
         Run {
             case: case.to_owned(),
             engine: kind.name().to_owned(),
             settings: kind.settings().to_owned(),
             dt_ms,
             scene: Some(scene.to_owned()),
+            key,
+            kept: None,
             error: None,
             invariants: Invariants::default(),
             trouble: None,
@@ -256,9 +263,35 @@ impl Run {
         self.usable_error().map(|error| if bounded { 0.0 } else { error })
     }
 
+    /// Leaves it without times, as if it had never been timed.
+    pub(super) fn forget_times(&mut self) {
+        (self.cpu_s, self.cpu_bare_s, self.cpu_s_between) = (0.0, None, [0.0; 2]);
+        self.us_per_step = Times::default();
+        if let Some(kept) = &mut self.kept {
+            kept.time_factor = None;
+        }
+    }
+
+    /// Multiplies its times.
+    pub(super) fn scale_times(&mut self, by: f64) {
+        self.cpu_s *= by;
+        self.cpu_bare_s = self.cpu_bare_s.map(|bare_s| bare_s * by);
+        self.cpu_s_between = self.cpu_s_between.map(|s| s * by);
+        let Times { dynamics, collision, solver, total, bare, worst } = &mut self.us_per_step;
+        for part in [dynamics, collision, solver, total, bare, worst] {
+            *part *= by;
+        }
+    }
+
     /// CPU time for a second of simulated time without the parts that the other engines do not have, s.
     pub fn bare_s(&self) -> f64 {
         self.cpu_bare_s.unwrap_or(self.cpu_s)
+    }
+
+    /// Whether it is more than a metre from its own fine run: the number has no meaning, there are two outcomes.
+    pub(super) fn ends_otherwise(&self) -> bool {
+        let figure = self.error.as_ref().filter(|figure| figure.from_own_fine_run && figure.unit == "mm");
+        figure.and_then(|figure| figure.value).is_some_and(|mm| mm.abs() > OTHERWISE_MM)
     }
 
     /// Difference from the engine's own run at a far smaller step, if that is the figure.
@@ -266,6 +299,9 @@ impl Run {
         self.error.as_ref().filter(|figure| figure.from_own_fine_run)?.value
     }
 }
+
+/// A difference from the own fine run beyond this is another outcome, mm.
+pub(super) const OTHERWISE_MM: f64 = 1e3;
 
 /// Every word once, in the order in which they come.
 pub(super) fn distinct<'a>(words: impl Iterator<Item = &'a String>) -> Vec<&'a str> {

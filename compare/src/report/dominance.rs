@@ -111,6 +111,8 @@ mod tests {
             settings: "default".into(),
             dt_ms,
             scene: None,
+            key: None,
+            kept: None,
             error: Some(Figure::new("e", error, "mm")),
             invariants: Invariants::default(),
             trouble: None,

@@ -1,7 +1,7 @@
 //! The judgement of runs that were judged before.
 
 use super::comparison::Run;
-use crate::scene_id::{self, Asked};
+use crate::scene_id;
 use palmares_bench::cases;
 use std::collections::BTreeMap;
 
@@ -9,9 +9,10 @@ use std::collections::BTreeMap;
 /// to pass on what a scene needs.
 pub(super) fn judge(runs: &mut [Run]) {
     let there = cases::all().filter(|case| runs.iter().any(|run| run.case == case.name));
-    let asked: BTreeMap<&str, Asked> = there.map(|case| (case.name, scene_id::of_case(case))).collect();
+    let asked: BTreeMap<&str, _> = there.map(|case| (case.name, scene_id::of_case(case).refused)).collect();
     for run in runs {
-        run.judge(asked.get(&*run.case).and_then(|asked| asked.refused.get(&*run.engine)));
+        let refused = asked.get(&*run.case).and_then(|asked| asked.get(&*run.engine));
+        run.judge(refused);
     }
 }
 

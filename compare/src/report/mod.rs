@@ -3,6 +3,8 @@
 pub mod claims;
 pub mod comparison;
 pub mod dominance;
+mod front_figure;
+mod front_table;
 mod judgement;
 mod outcome_cache;
 mod page;
@@ -10,6 +12,7 @@ mod passes;
 mod peer_result;
 pub(crate) mod plots;
 pub mod runner;
+mod sentinels;
 pub mod ticks;
 
 pub use comparison::Comparison;

@@ -1,11 +1,13 @@
 //! The report as a page to read.
 
-use super::comparison::{Comparison, Run, Starts};
+use super::comparison::{Comparison, OTHERWISE_MM, Run, Sentinels, Starts};
 use super::dominance::{PeerResult, SettingsResult, Verdict};
 use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
 use super::plots::{at_one_ms, cases, largest_usable, picture, without};
+use crate::peer_key::Kept;
 use palmares_bench::cases::{self as scenes, ASIDE_M};
-use palmares_bench::overlap;
+use palmares_bench::{overlap, record};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Markdown.
@@ -31,7 +33,7 @@ macro_rules! put {
 fn head(page: &mut String, report: &Comparison) {
     let load =
         report.record.machine.load.map_or(String::new(), |load| format!("Load {load:.1} at the beginning; "));
-    put!(page, "# Speed against error\n");
+    put!(page, "# {}\n", title(&report.part));
     put!(
         page,
         "Written by `cargo xtask report{}`; do not edit.\n",
@@ -40,36 +42,53 @@ fn head(page: &mut String, report: &Comparison) {
     put!(page, "{}\n\n{load}{:.0} s.\n", report.record.line(), report.took_s);
     put!(
         page,
-        "**How to read it.** Every scene runs with every step on every engine that can do it, a peer with each of its \
-        [settings](#the-engines-and-their-settings). It has two measures. *Does it*: all numbers stay finite, no step \
-        fails, an object that is to be held is held, what is to stay within a bound (*at most* in its table) does so, an error \
-        against an analytic answer is below 0.2 rad, 30 mm, 15 mm/s or half of what is measured, and no two shapes overlap by more than {} of the \
-        width of the thinnest body that moves, object or link (a scene that begins with a deeper overlap may deepen it by a \
-        tenth): a body that has sunk in by half its width is pushed out through the far side. *Differs from its own fine run*: where there is no analytic answer, the figure is the difference from the same \
-        scene on the same engine with a far smaller step, which says how much an engine's outcome depends on the step, not who \
-        is right, and makes no run useless; more than a metre apart it *ends otherwise*. Scenes in which that difference does not fall with the step, and heaps ({}), are \
-        judged by many starts: every object stands up to {} mm aside along x and along y, and the share of starts from which a \
-        run fails is its error; it *does it* where at most half of them fail. There are {STARTS} starts, {FEW_STARTS} at steps below 1 ms and \
-        where the first {FEW_STARTS} agree.\n",
-        overlap::PART,
-        BY_STARTS.map(|case| format!("`{case}`")).join(", "),
-        1e3 * ASIDE_M
+        "Every engine that can do a scene plays it at every step, a peer with each of its \
+        [settings](#the-engines-and-their-settings). How to read the tables:\n"
     );
-    put!(
-        page,
-        "*CPU time* is that of the stepping thread for one simulated second, the median of {} runs (fewer where they take \
-        more than {ENOUGH_S} s), without reading poses, writing commands and reading the clock; outcomes and timings come from \
-        separate passes; in the latter the engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are \
-        played again in one tight loop of its own, without the pipe. The start of a process is in no time. *Bare* is that time \
-        without parts that the others do not have: of MuJoCo the same steps from the same states without `multiccd` and `noslip`; \
-        of rapier without its tendon, which the adapter computes; of ours everything. Only what does its scene is timed. Errors below 1 nrad, \
-        0.1 µm and 0.001 % count as equal; within a bound speed alone decides. A run of a peer, or its reference, that takes \
-        more than {} s {} is *unfinished*, and counts neither for nor against anyone. So does a scene that needs what a peer's \
-        adapter does not pass on: it is *not played*, which says nothing about the peer.\n",
-        report.repeats,
-        report.run_limit_s,
-        report.run_limit_by.words()
-    );
+    let by_starts = BY_STARTS.map(|case| format!("`{case}`")).join(", ");
+    let (repeats, limit_s, limit_by) = (report.repeats, report.run_limit_s, report.run_limit_by.words());
+    for line in [
+        "*Does it*: all numbers stay finite and no step fails. An object that is to be held is held. A figure with a bound (*at \
+         most* in its table) stays within it. An error against an analytic answer is below 0.2 rad, 30 mm, 15 mm/s or half of \
+         what is measured."
+            .to_owned(),
+        format!(
+            "*Overlap*: no two shapes overlap by more than {} of the width of the thinnest body that moves, object or link. A body \
+             that has sunk in so far is pushed out through the far side. A scene that begins with a deeper overlap may deepen it \
+             by a tenth.",
+            overlap::PART
+        ),
+        "*Differs from its own fine run*: where there is no analytic answer, the figure is the difference from the same scene on \
+         the same engine with a far smaller step. It says how much an outcome depends on the step, not which engine is right, and \
+         makes no run useless. More than a metre apart a run *ends otherwise*."
+            .to_owned(),
+        format!(
+            "*Starts*: in heaps, and where that difference does not fall with the step ({by_starts}), every object stands up to {} \
+             mm aside along x and along y. The error is the share of starts from which a run fails. A run *does it* where at most \
+             half of them fail. There are {STARTS} starts, {FEW_STARTS} at steps below 1 ms and where the first {FEW_STARTS} agree.",
+            1e3 * ASIDE_M
+        ),
+        format!(
+            "*CPU time*: that of the stepping thread for one simulated second, the median of {repeats} runs, fewer where they take \
+             more than {ENOUGH_S} s. It has no start of a process, no reading of poses and clocks, no writing of commands. Only what \
+             does its scene is timed. The engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are played \
+             again in one tight loop of its own, without the pipe."
+        ),
+        "*Bare*: that time without parts that the others do not have. Of MuJoCo these are `multiccd` and `noslip`, of rapier its \
+         tendon, which the adapter computes."
+            .to_owned(),
+        "Errors below 1 nrad, 0.1 µm and 0.001 % count as equal. Within a bound speed alone decides.".to_owned(),
+        format!(
+            "*Unfinished*: a run of a peer, or its reference, takes more than {limit_s} s {limit_by}. *Not played*: the scene \
+             needs what the peer's adapter does not pass on. Both count neither for nor against anyone."
+        ),
+    ] {
+        put!(page, "- {line}");
+    }
+    page.push('\n');
+    if let Some(words) = kept(report) {
+        put!(page, "{words}\n");
+    }
     if report.quick {
         put!(page, "This is a quick report: few cases and steps, coarse references.\n");
     }
@@ -80,6 +99,44 @@ fn head(page: &mut String, report: &Comparison) {
         put!(page, "- {} did not run: {}", note.name, note.version);
     }
     page.push('\n');
+}
+
+/// What a part of the pages of record is about.
+fn title(part: &str) -> String {
+    let parts = record::pages::parts();
+    parts.into_iter().find(|it| it.name == part).map_or("Speed against error".to_owned(), |part| part.about)
+}
+
+/// Where the runs of peers are from that were not played for this page.
+fn kept(report: &Comparison) -> Option<String> {
+    let mut origins: BTreeMap<(&str, &str), (usize, Option<f64>)> = BTreeMap::new();
+    for Kept { commit, date, time_factor } in report.runs.iter().filter_map(|run| run.kept.as_ref()) {
+        let (count, factor) = origins.entry((date, commit)).or_default();
+        (*count, *factor) = (*count + 1, time_factor.or(*factor));
+    }
+    if origins.is_empty() {
+        return None;
+    }
+    let of = |((date, commit), (count, factor)): (&(&str, &str), &(usize, Option<f64>))| {
+        let times = factor.map_or(String::new(), |factor| format!(", times × {factor:.3}"));
+        format!("{count} runs of commit {commit} of {date}{times}")
+    };
+    let origins: Vec<String> = origins.iter().map(of).collect();
+    let sentinels = match report.sentinels {
+        None => String::new(),
+        Some(Sentinels { played, time_ratio: None, .. }) => {
+            format!("; {played} of them, played again, have the same outcomes")
+        }
+        Some(Sentinels { played, spread, .. }) => format!(
+            "; {played} of them, played again, have the same outcomes and give the factor of the times, within {:.1} % in the middle \
+             half",
+            100.0 * spread
+        ),
+    };
+    Some(format!(
+        "Peers do not change with our engine, and their runs are kept: {}{sentinels}.",
+        origins.join("; ")
+    ))
 }
 
 fn dominance(page: &mut String, report: &Comparison) {
@@ -136,7 +193,7 @@ fn range(of: Option<[f64; 2]>, unit: &str) -> String {
 
 /// A difference with its unit. Beyond a metre the number has no meaning: there are two outcomes.
 fn difference(value: f64, unit: &str) -> String {
-    if unit == "mm" && value > 1e3 { "ends otherwise".to_owned() } else { format!("{value:.2e} {unit}") }
+    if unit == "mm" && value > OTHERWISE_MM { "ends otherwise".to_owned() } else { format!("{value:.2e} {unit}") }
 }
 
 fn stable(page: &mut String, report: &Comparison) {
@@ -191,16 +248,6 @@ fn settings(page: &mut String, report: &Comparison) {
     put!(page, "## The engines and their settings\n");
     for note in report.engines.iter().filter(|note| note.ran) {
         put!(page, "**{}** {}; reference runs at {} ms", note.name, note.version, note.reference_ms);
-        if let Some(kept) = &note.kept_from {
-            put!(
-                page,
-                "- its runs and their times are those of commit {} on {}; each had {} s {}",
-                kept.commit,
-                kept.processor,
-                kept.run_limit_s,
-                kept.run_limit_by.words()
-            );
-        }
         for line in &note.notes {
             put!(page, "- {line}");
         }
@@ -304,6 +351,14 @@ fn row(page: &mut String, run: &Run, unit: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_two_reports_have_the_same_title() {
+        let titles = ["report", "further", "hand_scenes"].map(title);
+        for (k, title) in titles.iter().enumerate() {
+            assert!(title.starts_with("Speed against error") && !titles[..k].contains(title), "{titles:?}");
+        }
+    }
 
     #[test]
     fn a_difference_of_more_than_a_metre_ends_otherwise() {

@@ -34,7 +34,7 @@ const QUICK_LONGEST_S: f64 = 0.5;
 pub(super) const ENOUGH_S: f64 = 4.0;
 
 /// Number of runs at once while the engines take turns with their timings: MuJoCo has a process for each.
-const TURNS: usize = 4;
+pub(super) const TURNS: usize = 4;
 
 /// Runs one case on one engine with all steps; several jobs run at once, since nothing is timed.
 pub(super) struct Job {
@@ -42,6 +42,10 @@ pub(super) struct Job {
     pub kind: EngineKind,
     /// [Identity](crate::scene_id) of the case.
     pub scene: String,
+    /// [Key](crate::peer_key) of a peer's run at each step; empty for ours.
+    pub keys: Vec<String>,
+    /// Simulated time of a run, s.
+    pub simulated_s: f64,
 }
 
 /// Options of the runs.
@@ -66,6 +70,15 @@ pub(super) fn reference_s(engine: EngineKind, quick: bool) -> f64 {
     }
 }
 
+/// Number of starts from which a run of a case is played.
+pub(super) fn starts(case: &str, dt_ms: f64, quick: bool) -> u32 {
+    match BY_STARTS.contains(&case) {
+        true if quick || dt_ms < 1.0 => FEW_STARTS,
+        true => STARTS,
+        false => 1,
+    }
+}
+
 /// The outcome of every job at every step, in their order.
 pub(super) fn outcomes(
     jobs: &[Job],
@@ -79,14 +92,14 @@ pub(super) fn outcomes(
     let done: Vec<Mutex<Vec<Run>>> = jobs.iter().map(|_| Mutex::default()).collect();
     let work = || {
         while let Some(at) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|at| *at < jobs.len()) {
-            let Job { case, kind, scene } = &jobs[at];
-            let runs = conduct.steps_ms.iter().map(|dt_ms| {
-                let known = kept.lock().get(case.name, *kind, *dt_ms, scene).cloned();
+            let job = &jobs[at];
+            let runs = (0..conduct.steps_ms.len()).map(|step| {
+                let known = kept.lock().get(job, step, conduct.steps_ms[step]);
                 let run = match known {
                     Some(run) => run,
                     None => {
-                        let mut run = outcome(&jobs[at], *dt_ms, conduct)?;
-                        run.starts = from_starts(case, *kind, &run, conduct)?;
+                        let mut run = outcome(job, step, conduct)?;
+                        run.starts = from_starts(job, &run, conduct)?;
                         run.unfinished |= run.starts.is_some_and(Starts::undecided);
                         kept.lock().add(&run)?;
                         run
@@ -117,11 +130,15 @@ pub(super) fn outcomes(
 }
 
 /// One run for its outcome, with a reference run where it needs one.
-fn outcome(Job { case, kind, scene }: &Job, dt_ms: f64, conduct: Conduct) -> Result<Run> {
-    let kind = *kind;
+pub(super) fn outcome(
+    Job { case, kind, scene, keys, .. }: &Job,
+    step: usize,
+    conduct: Conduct,
+) -> Result<Run> {
+    let (kind, dt_ms) = (*kind, conduct.steps_ms[step]);
     let reference_dt_s = Some(reference_s(kind, conduct.quick));
     let task = Task::Case { name: case.name.to_owned(), reference_dt_s, start: 0 };
-    let mut run = Run::begun(case.name, kind, dt_ms, scene);
+    let mut run = Run::begun(case.name, kind, dt_ms, scene, keys.get(step).cloned());
     match task.play(kind, 1e-3 * dt_ms, conduct.run_limit_s)? {
         Ok(Played { error, invariants, trouble }) => {
             (run.error, run.invariants, run.trouble) = (Some(error), invariants, trouble);
@@ -135,18 +152,17 @@ fn outcome(Job { case, kind, scene }: &Job, dt_ms: f64, conduct: Conduct) -> Res
 }
 
 /// The same from other starts, where the scene is judged by them; the run itself counts as the first.
-fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> Result<Option<Starts>> {
-    if !BY_STARTS.contains(&case.name) || first.unfinished || first.not_played {
+fn from_starts(Job { case, kind, .. }: &Job, first: &Run, conduct: Conduct) -> Result<Option<Starts>> {
+    let count = starts(case.name, first.dt_ms, conduct.quick);
+    if count == 1 || first.unfinished || first.not_played {
         return Ok(None);
     }
     let depth = |mm: Option<f64>| mm.unwrap_or(f64::INFINITY);
     let mut all = vec![(first.trouble.is_none(), depth(first.invariants.max_penetration_mm))];
-    let few = conduct.quick || first.dt_ms < 1.0;
-    let count = if few { FEW_STARTS } else { STARTS };
     let mut unfinished = 0;
     for start in 1..count {
         let task = Task::Case { name: case.name.to_owned(), reference_dt_s: None, start };
-        match task.play::<Played>(kind, 1e-3 * first.dt_ms, conduct.run_limit_s)? {
+        match task.play::<Played>(*kind, 1e-3 * first.dt_ms, conduct.run_limit_s)? {
             Ok(played) => all.push((played.trouble.is_none(), depth(played.invariants.max_penetration_mm))),
             Err(failure) if failure.unfinished => unfinished += 1,
             Err(_) => all.push((false, f64::INFINITY)),
@@ -165,7 +181,7 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     }))
 }
 
-/// Runs for the clock alone, one at a time, only of runs that solve their scene. The engines take turns: if
+/// Runs for the clock alone, one at a time, only of runs that solve their scene and have no kept time. The engines take turns: if
 /// the machine is slower for a while, it is slower for all.
 pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, progress: &Mutex<Progress>) {
     let mut by_case: Vec<Vec<(&Job, &mut Vec<Run>)>> = Vec::new();
@@ -179,7 +195,8 @@ pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, pro
         for step in 0..conduct.steps_ms.len() {
             let here = of_case.iter_mut().map(|(job, runs)| (*job, &mut runs[step]));
             // The time to lose an object is of no interest.
-            let (mut timed, others): (Vec<_>, Vec<_>) = here.partition(|(_, run)| run.does_it());
+            let (mut timed, others): (Vec<_>, Vec<_>) =
+                here.partition(|(_, run)| run.does_it() && run.cpu_s == 0.0);
             progress.lock().done += others.len();
             while !timed.is_empty() {
                 let rest = timed.split_off(timed.len().min(TURNS));
@@ -192,7 +209,8 @@ pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, pro
     }
 }
 
-fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec<&'a mut Run> {
+/// Times at most [`TURNS`] runs, by turns.
+pub(super) fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec<&'a mut Run> {
     let longest_s = if conduct.quick { QUICK_LONGEST_S } else { LONGEST_S };
     let within = |run: &mut dyn FnMut() -> Option<Times>| limit::within(conduct.run_limit_s, run);
     let mut clocks = Vec::new();

@@ -1,11 +1,12 @@
 //! The pictures of a report, as SVG.
 
-use super::comparison::{Comparison, Run, distinct};
+use super::comparison::{Comparison, Run, distinct, floor};
 use super::dominance::PeerResult;
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
+use std::ops::Range;
 use std::path::Path;
 
 const FONT: &[u8] = include_bytes!("../../../hand-tools/assets/dejavu-sans/DejaVuSans.ttf");
@@ -16,7 +17,7 @@ const LEFT: i32 = 215;
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Colour of an engine; the three differ in lightness as well, for prints and for the colour-blind.
-fn colour(engine: &str) -> RGBColor {
+pub(super) fn colour(engine: &str) -> RGBColor {
     match engine {
         "own" => RGBColor(0, 90, 181),
         "rapier" => RGBColor(220, 120, 30),
@@ -40,9 +41,7 @@ pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
         let runs: Vec<&Run> =
             report.runs.iter().filter(|run| run.case == case && drawn(report, run)).collect();
         let timed = |engine: &str| runs.iter().any(|run| run.engine == engine && has_point(run));
-        let compared =
-            |engine: &&str| report.runs.iter().any(|run| run.case == case && run.engine == **engine);
-        let absent = report.ran().into_iter().filter(compared).filter(|engine| !timed(engine));
+        let absent = report.ran().into_iter().filter(|engine| !timed(engine));
         let absent: Vec<_> = absent.map(|engine| (engine, without(report, case, engine))).collect();
         on_page(&folder.join(picture(case)), (640, 440), |area| errors(area, case, &runs, &absent))?;
     }
@@ -77,9 +76,14 @@ fn compared(report: &Comparison) -> Vec<&str> {
     cases(report).into_iter().filter(|case| peer(case)).collect()
 }
 
+/// Makes the font of the pictures known.
+pub(super) fn register() -> Result<()> {
+    register_font(SANS, FontStyle::Normal, FONT).map_err(|_| anyhow!("the font is broken"))
+}
+
 /// One picture in a file.
 pub(crate) fn on_page(path: &Path, size: (u32, u32), draw: impl FnOnce(&Area) -> Result<()>) -> Result<()> {
-    register_font(SANS, FontStyle::Normal, FONT).map_err(|_| anyhow!("the font is broken"))?;
+    register()?;
     let root = SVGBackend::new(path, size).into_drawing_area();
     root.fill(&WHITE).map_err(failed)?;
     draw(&root)?;
@@ -87,7 +91,7 @@ pub(crate) fn on_page(path: &Path, size: (u32, u32), draw: impl FnOnce(&Area) ->
 }
 
 /// A tenth of a decade of room on both sides of positive numbers.
-fn around(values: impl Iterator<Item = f64>) -> Option<std::ops::Range<f64>> {
+fn around(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), x| (low.min(x), high.max(x)));
     // At least one decade, so that the axis has a number to show.
     let middle = (low * high).sqrt();
@@ -96,7 +100,7 @@ fn around(values: impl Iterator<Item = f64>) -> Option<std::ops::Range<f64>> {
 
 /// Whether a run has a point in the picture of its case.
 fn has_point(run: &Run) -> bool {
-    run.usable_error().is_some() && run.cpu_s > 0.0
+    run.usable_error().is_some() && run.cpu_s > 0.0 && !run.ends_otherwise()
 }
 
 /// Error against CPU time, one curve an engine, every point with its step. Engines without a point are in the legend, with the reason.
@@ -106,14 +110,22 @@ fn errors(area: &Area, case: &str, runs: &[&Run], absent: &[(&str, &str)]) -> Re
         Some((run.cpu_s * 1e3, error, run.dt_ms))
     };
     let points: Vec<_> = runs.iter().filter_map(point).collect();
-    let axes = (around(points.iter().map(|p| p.0)), around(points.iter().map(|p| p.1)));
+    let figure = runs.iter().find_map(|run| run.error.as_ref());
+    // Errors below the floor are equal; where all are, the axis has nothing else to show.
+    let least = figure.map_or(0.0, |figure| floor(&figure.unit));
+    let errors = match points.iter().all(|p| p.1 <= least) {
+        true => (!points.is_empty()).then_some(least / 2.0..least * 2.0),
+        false => around(points.iter().map(|p| p.1)),
+    };
+    let axes = (around(points.iter().map(|p| p.0)), errors);
     let (Some(x), Some(y)) = axes else {
         let absent: Vec<String> = absent.iter().map(|(engine, why)| format!("{engine}: {why}")).collect();
         let title = format!("{case}: no usable run ({})", absent.join(", "));
         return area.titled(&title, (SANS, 16)).map(|_| ()).map_err(failed);
     };
-    let figure = runs.iter().find_map(|run| run.error.as_ref());
     let label = figure.map_or(String::new(), |f| format!("{} [{}]", f.name, f.unit));
+    let error = |x: &f64| if *x <= 1.01 * least { format!("≤ {}", number(&least)) } else { number(x) };
+    let corner = emptiest_corner(&points, &x, &y);
     let mut chart = ChartBuilder::on(area)
         .caption(case, (SANS, 17))
         .margin(12)
@@ -126,7 +138,7 @@ fn errors(area: &Area, case: &str, runs: &[&Run], absent: &[(&str, &str)]) -> Re
         .x_desc("CPU time for one simulated second [ms]")
         .y_desc(label)
         .x_label_formatter(&number)
-        .y_label_formatter(&number)
+        .y_label_formatter(&error)
         .label_style((SANS, 12))
         .axis_desc_style((SANS, 13))
         .light_line_style(TRANSPARENT)
@@ -160,7 +172,24 @@ fn errors(area: &Area, case: &str, runs: &[&Run], absent: &[(&str, &str)]) -> Re
             .label(format!("{engine}: {why}"))
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], ink.stroke_width(2)));
     }
-    legend(&mut chart, SeriesLabelPosition::LowerLeft)
+    legend(&mut chart, corner)
+}
+
+/// The corner of a chart with two logarithmic axes in which the fewest points are.
+fn emptiest_corner(points: &[(f64, f64, f64)], x: &Range<f64>, y: &Range<f64>) -> SeriesLabelPosition {
+    let part = |value: f64, of: &Range<f64>| (value / of.start).ln() / (of.end / of.start).ln();
+    let count = |right: bool, upper: bool| {
+        let inside = |p: &&(f64, f64, f64)| (part(p.0, x) > 0.5) == right && (part(p.1, y) > 0.5) == upper;
+        points.iter().filter(inside).count()
+    };
+    let corners = [
+        (count(false, false), SeriesLabelPosition::LowerLeft),
+        (count(true, true), SeriesLabelPosition::UpperRight),
+        (count(false, true), SeriesLabelPosition::UpperLeft),
+        (count(true, false), SeriesLabelPosition::LowerRight),
+    ];
+    let [first, others @ ..] = corners;
+    others.into_iter().fold(first, |best, corner| if corner.0 < best.0 { corner } else { best }).1
 }
 
 /// The names of a chart's curves, in a corner of it.
@@ -183,10 +212,19 @@ fn key<'a>(area: &Area, names: impl IntoIterator<Item = (&'a str, RGBColor)>) ->
     Ok(())
 }
 
-/// An engine in the legend, a peer with its settings.
+/// An engine in the legend, a peer with its settings, and the steps at which it does the scene without a point.
 fn label_of(runs: &[&Run], engine: &str) -> String {
-    let run = runs.iter().find(|run| run.engine == engine && engine != "own");
-    run.map_or(engine.to_owned(), |run| format!("{engine} {}", run.settings))
+    let of = || runs.iter().filter(|run| run.engine == engine);
+    let name = match of().next().filter(|_| engine != "own") {
+        Some(run) => format!("{engine} {}", run.settings),
+        None => engine.to_owned(),
+    };
+    let steps: Vec<String> =
+        of().filter(|run| run.does_it() && run.ends_otherwise()).map(|run| format!("{}", run.dt_ms)).collect();
+    match steps.is_empty() {
+        true => name,
+        false => format!("{name}; ends otherwise at {} ms", steps.join(", ")),
+    }
 }
 
 /// The shortest text of a number.
@@ -205,6 +243,8 @@ pub(super) fn without(report: &Comparison, case: &str, engine: &str) -> &'static
     let runs = || report.runs.iter().filter(|run| run.case == case && run.engine == engine);
     if runs().all(|run| run.not_played) {
         "not played"
+    } else if runs().any(|run| run.does_it() && run.ends_otherwise()) {
+        "ends otherwise"
     } else if runs().any(Run::does_it) {
         "not timed"
     } else if runs().any(|run| run.unfinished) {
@@ -312,7 +352,9 @@ fn ticks(area: &Area, report: &Comparison) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::EngineKind;
     use crate::report::runner;
+    use palmares_bench::case_report::Figure;
 
     /// Cases of a committed report, whose pictures are to say why an engine is missing.
     #[test]
@@ -334,5 +376,44 @@ mod tests {
         assert!(said(|run| run.not_played = true).contains("mujoco: not played"));
         let bars = std::fs::read_to_string(folder.path().join("stable.svg")).expect("written");
         assert!(bars.contains("not played"), "and so do the bars");
+    }
+
+    /// The text of a picture of these runs.
+    fn picture_of(runs: &[Run], absent: &[(&str, &str)]) -> String {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("picture.svg");
+        let runs: Vec<&Run> = runs.iter().collect();
+        on_page(&path, (640, 440), |area| errors(area, "case", &runs, absent)).expect("drawn");
+        std::fs::read_to_string(path).expect("written")
+    }
+
+    fn run(engine: &str, dt_ms: f64, error: Figure) -> Run {
+        let kind = EngineKind::from_names(engine, None).expect("it is known");
+        Run { error: Some(error), cpu_s: 1e-3 / dt_ms, ..Run::begun("case", kind, dt_ms, "", None) }
+    }
+
+    #[test]
+    fn a_run_that_ends_otherwise_is_in_the_legend_and_not_a_number() {
+        let far = |mm: f64| Figure::from_own_fine_run("distance", Some(mm), "mm");
+        let runs = [run("own", 1.0, far(0.5)), run("mujoco", 1.0, far(0.7)), run("mujoco", 2.0, far(4e4))];
+        let picture = picture_of(&runs, &[]);
+        assert!(picture.contains("mujoco default; ends otherwise at 2 ms"), "{picture}");
+        assert!(!picture.contains("1e4") && !picture.contains("10000"), "no axis reaches there: {picture}");
+    }
+
+    #[test]
+    fn where_every_error_is_zero_the_axis_says_so() {
+        let none = |dt_ms: f64| run("own", dt_ms, Figure::new("error", 0.0, "mm"));
+        let picture = picture_of(&[none(1.0), none(2.0)], &[("rapier", "not played")]);
+        assert!(picture.contains("≤ 1e-4") && picture.contains("rapier: not played"), "{picture}");
+        assert!(!picture.contains("1e-5") && !picture.contains("0.001"), "no other number: {picture}");
+    }
+
+    #[test]
+    fn a_legend_is_where_the_fewest_points_are() {
+        let (x, y) = (1.0..100.0, 1.0..100.0);
+        let points = [(2.0, 2.0, 1.0), (3.0, 50.0, 1.0), (2.0, 60.0, 1.0), (90.0, 90.0, 1.0)];
+        assert!(matches!(emptiest_corner(&points, &x, &y), SeriesLabelPosition::LowerRight));
+        assert!(matches!(emptiest_corner(&points[1..], &x, &y), SeriesLabelPosition::LowerLeft));
     }
 }

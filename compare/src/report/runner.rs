@@ -3,10 +3,12 @@
 use super::comparison::{Choice, Clock, Comparison, EngineNote, FORMAT, Run};
 use super::dominance::peer_results;
 use super::judgement::judge;
-use super::outcome_cache::OutcomeCache;
+use super::outcome_cache::{OutcomeCache, Peers};
 use super::passes::{self, Conduct, Job, Progress, reference_s};
-use super::{page, plots, ticks};
+use super::{page, plots, sentinels, ticks};
 use crate::engine::{EngineKind, mujoco, rapier};
+use crate::peer_key::PeerRun;
+use crate::played::rules;
 use crate::scene_id::{self, Asked};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
@@ -14,6 +16,7 @@ use palmares_bench::cases::{self, Case};
 use palmares_bench::machine;
 use palmares_bench::record::Record;
 use parking_lot::Mutex;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -51,12 +54,16 @@ pub struct ComparisonOptions {
     /// File of outcomes, from which a stopped report continues if the program is of the same commit.
     #[arg(long, default_value = "target/report.jsonl")]
     pub runs: PathBuf,
-    /// Reuse the file's outcomes of peers from any commit.
-    #[arg(long)]
-    pub reuse_peers: bool,
-    /// A report's JSON from which the runs of engines that are not played, and their times, are taken; the page says so.
+    /// A report's JSON from which runs of peers are taken, with their times, if their keys are those of today; that of `--out`
+    /// if not given.
     #[arg(long)]
     pub keep: Option<PathBuf>,
+    /// Play all runs of peers, also those that are kept.
+    #[arg(long)]
+    pub peers_anew: bool,
+    /// Keep the outcomes of peers and time their runs again.
+    #[arg(long, conflicts_with = "peers_anew")]
+    pub times_anew: bool,
 }
 
 /// The steps of a report, ms.
@@ -89,32 +96,51 @@ pub fn gather(options: &ComparisonOptions) -> Result<()> {
     passes::outcomes(
         &jobs,
         options.conduct(&steps),
-        options.kept(&machine::commit())?,
+        options.known(&machine::commit())?,
         &Mutex::new(progress),
     )?;
     Ok(())
 }
 
 impl ComparisonOptions {
-    fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
+    pub(super) fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
         let ComparisonOptions { repeats, jobs, quick, run_limit_s, .. } = *self;
         Conduct { steps_ms, repeats, jobs, quick, run_limit_s }
     }
 
-    fn kept(&self, commit: &str) -> Result<OutcomeCache> {
-        OutcomeCache::open(&self.runs, commit, self.quick, self.reuse_peers)
+    /// The outcomes that are known.
+    fn known(&self, commit: &str) -> Result<OutcomeCache> {
+        let peers = if self.peers_anew { Peers::Anew } else { Peers::Kept(self.kept()?) };
+        OutcomeCache::open(&self.runs, commit, self.quick, peers)
+    }
+
+    /// The runs of peers that an earlier report has, by their keys.
+    fn kept(&self) -> Result<BTreeMap<String, Run>> {
+        let of_out = self.out.join("report.json");
+        let Some(path) = self.keep.as_ref().or_else(|| of_out.exists().then_some(&of_out)) else {
+            return Ok(BTreeMap::new());
+        };
+        let earlier = read(path)?;
+        let known = earlier.runs.iter().filter_map(|run| {
+            let mut run = Run { kept: Some(earlier.kept(run)), ..run.clone() };
+            if self.times_anew {
+                run.forget_times();
+            }
+            Some((run.key.clone()?, run))
+        });
+        Ok(known.collect())
     }
 }
 
 /// The plan of a report.
-struct Planned {
+pub(super) struct Planned {
     engines: Vec<EngineNote>,
-    jobs: Vec<Job>,
+    pub(super) jobs: Vec<Job>,
     steps: Vec<f64>,
     left_out: Vec<String>,
 }
 
-fn plan(options: &ComparisonOptions) -> Result<Planned> {
+pub(super) fn plan(options: &ComparisonOptions) -> Result<Planned> {
     ensure!(options.repeats > 0, "at least one timing run is needed");
     ensure!(
         options.run_limit_s > 0.0 && options.run_limit_s <= LONGEST_LIMIT_S,
@@ -134,38 +160,65 @@ fn plan(options: &ComparisonOptions) -> Result<Planned> {
     };
     let mut jobs = Vec::new();
     for case in chosen {
-        let Asked { identity: scene, hand, .. } = scene_id::of_case(case);
+        let asked = scene_id::of_case(case);
         let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
-        let of = of.filter(|kind| hand || !kind.is_for_hands_alone());
-        jobs.extend(of.map(|kind| Job { case, kind: *kind, scene: scene.clone() }));
+        let of = of.filter(|kind| asked.hand || !kind.is_for_hands_alone());
+        jobs.extend(of.map(|kind| {
+            let version =
+                engines.iter().find(|note| note.name == kind.name()).map_or("", |note| &note.version);
+            job(case, *kind, version, &asked, options.conduct(&steps))
+        }));
     }
     Ok(Planned { engines, jobs, steps, left_out })
 }
 
-/// Runs everything and writes the report.
+/// The runs of a case on an engine.
+fn job(case: &'static Case, kind: EngineKind, version: &str, asked: &Asked, conduct: Conduct) -> Job {
+    let judged_by = rules(asked.figure.as_ref());
+    let key = |dt_ms: &f64| {
+        let run = PeerRun {
+            kind,
+            version,
+            scene: &asked.identity,
+            needs: &asked.needs,
+            step_ms: *dt_ms,
+            reference_ms: 1e3 * reference_s(kind, conduct.quick),
+            judged_by: &judged_by,
+            starts: passes::starts(case.name, *dt_ms, conduct.quick),
+            run_limit_s: conduct.run_limit_s,
+            quick: conduct.quick,
+        };
+        run.key()
+    };
+    let keys = conduct.steps_ms.iter().filter_map(key).collect();
+    Job { case, kind, scene: asked.identity.clone(), keys, simulated_s: asked.simulated_s }
+}
+
+/// Runs what is not kept and writes the report.
 ///
 /// # Errors
 /// An option is out of range, or a file cannot be written.
 pub fn write(options: &ComparisonOptions) -> Result<Comparison> {
     let begin = Instant::now();
     let record = Record::now(&options.part)?;
-    let earlier = options.keep.as_deref().map(read).transpose()?;
-    let Planned { mut engines, jobs, steps, left_out } = plan(options)?;
+    let Planned { engines, jobs, steps, left_out } = plan(options)?;
     println!("{}", record.line());
     let ComparisonOptions { repeats, quick, run_limit_s, .. } = *options;
     let conduct = options.conduct(&steps);
     let progress = Mutex::new(Progress { begin, done: 0, all: 2 * jobs.len() * steps.len() });
-    let mut runs = passes::outcomes(&jobs, conduct, options.kept(&record.commit)?, &progress)?;
+    let known = options.known(&record.commit)?;
+    let of_peers: usize = jobs.iter().map(|job| job.keys.len()).sum();
+    println!("{} of {of_peers} runs of peers are kept", known.kept(&jobs));
+    let mut runs = passes::outcomes(&jobs, conduct, known, &progress)?;
+    let sentinels = sentinels::calibrate(&jobs, &mut runs, conduct)?;
     passes::timings(&jobs, &mut runs, conduct, &progress);
     let mut runs = runs.concat();
-    if let Some(earlier) = earlier {
-        keep(earlier, &mut engines, &mut runs, &steps)?;
-    }
     judge(&mut runs);
     let peers = peers(&engines);
     let results = peer_results(&runs, EngineKind::Own.name(), &peers);
     let comparison = Comparison {
         format: FORMAT,
+        part: options.part.clone(),
         quick,
         record,
         repeats,
@@ -174,6 +227,7 @@ pub fn write(options: &ComparisonOptions) -> Result<Comparison> {
         engines,
         results,
         runs,
+        sentinels,
         ticks: ticks::measure(repeats)?,
         left_out,
         took_s: begin.elapsed().as_secs_f64(),
@@ -188,57 +242,6 @@ pub fn write(options: &ComparisonOptions) -> Result<Comparison> {
 pub(super) fn peers(engines: &[EngineNote]) -> Vec<String> {
     let ran = engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
     ran.map(|note| note.name.clone()).collect()
-}
-
-/// Adds the runs that an earlier report has of the same cases and steps on engines that were not played now.
-fn keep(
-    earlier: Comparison,
-    engines: &mut [EngineNote],
-    runs: &mut Vec<Run>,
-    steps_ms: &[f64],
-) -> Result<()> {
-    let mut cases: Vec<String> = runs.iter().map(|run| run.case.clone()).collect();
-    cases.dedup();
-    for note in engines.iter_mut().filter(|note| !note.ran) {
-        let Some(known) = earlier.engines.iter().find(|known| known.ran && known.name == note.name) else {
-            continue;
-        };
-        let for_hands = |settings: &str| {
-            EngineKind::all().any(|kind| kind.is_for_hands_alone() && kind.settings() == settings)
-        };
-        let of = |run: &&Run| {
-            run.engine == note.name && cases.contains(&run.case) && steps_ms.contains(&run.dt_ms)
-        };
-        let kept: Vec<Run> = earlier.runs.iter().filter(of).cloned().collect();
-        for run in &kept {
-            let now = runs.iter().find(|now| now.case == run.case).and_then(|now| now.scene.as_ref());
-            ensure!(
-                run.scene.as_ref() == now,
-                "the report of commit {} played another scene in {}",
-                earlier.record.commit,
-                run.case
-            );
-        }
-        // An earlier report may have fewer steps: only those of both engines count.
-        let has = |step: &&f64| kept.iter().any(|run| run.dt_ms == **step);
-        let everywhere = known.settings.iter().filter(|choice| !for_hands(&choice.name)).count();
-        let wanted = cases.len() * steps_ms.iter().filter(has).count() * everywhere;
-        let found = kept.iter().filter(|run| !for_hands(&run.settings)).count();
-        ensure!(
-            found > 0 && found == wanted,
-            "the report of commit {} has {found} of {wanted} runs of {}",
-            earlier.record.commit,
-            note.name
-        );
-        let kept_from = known.kept_from.clone().unwrap_or_else(|| earlier.origin());
-        *note = EngineNote { kept_from: Some(kept_from), ..known.clone() };
-        runs.extend(kept);
-    }
-    // The order of a report of new runs: by case, ours first.
-    let place = |run: &Run| cases.iter().position(|case| *case == run.case);
-    let engine = |run: &Run| EngineKind::NAMES.iter().position(|name| *name == run.engine);
-    runs.sort_by_key(|run| (place(run), engine(run)));
-    Ok(())
 }
 
 fn publish(comparison: &Comparison, folder: &Path) -> Result<()> {
@@ -292,18 +295,18 @@ pub fn check(path: &Path) -> Result<()> {
 /// A note on each engine, and whether it can run.
 fn notes(options: &ComparisonOptions) -> Vec<EngineNote> {
     let note = |kind: EngineKind| {
-        let (version, notes) = match kind {
-            EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_notes()),
-            EngineKind::Rapier(_) => (Ok(rapier::VERSION.to_owned()), rapier::notes()),
-            EngineKind::MuJoCo(_) => (mujoco::version(), mujoco::notes()),
+        let notes = match kind {
+            EngineKind::Own => own_notes(),
+            EngineKind::Rapier(_) => rapier::notes(),
+            EngineKind::MuJoCo(_) => mujoco::notes(),
         };
         let chosen: Vec<&EngineKind> =
             options.engines.iter().filter(|other| other.name() == kind.name()).collect();
         let wanted = kind == EngineKind::Own || !chosen.is_empty();
-        let (ran, version) = match version {
-            _ if !wanted => (false, "not asked for".to_owned()),
-            Ok(version) => (true, version),
-            Err(error) => {
+        let (ran, version) = match wanted.then(|| kind.version()) {
+            None => (false, "not asked for".to_owned()),
+            Some(Ok(version)) => (true, version),
+            Some(Err(error)) => {
                 println!("{} is left out: {error:#}", kind.name());
                 (false, format!("left out: {error:#}"))
             }
@@ -315,7 +318,7 @@ fn notes(options: &ComparisonOptions) -> Vec<EngineNote> {
         };
         let settings = chosen.iter().map(choice).collect();
         let name = kind.name().to_owned();
-        EngineNote { name, version, ran, kept_from: None, reference_ms, notes, settings }
+        EngineNote { name, version, ran, reference_ms, notes, settings }
     };
     let mut engines: Vec<EngineKind> = EngineKind::all().collect();
     engines.dedup_by_key(|kind| kind.name());
@@ -378,8 +381,9 @@ mod tests {
             quick: true,
             run_limit_s: 60.0,
             runs: folder.0.join("runs.jsonl"),
-            reuse_peers: false,
             keep: None,
+            peers_anew: false,
+            times_anew: false,
         };
         let made = write(&options).expect("it runs");
         let run = &made.runs[0];
@@ -404,8 +408,9 @@ mod tests {
             quick: true,
             run_limit_s: 60.0,
             runs: PathBuf::new(),
-            reuse_peers: false,
             keep: None,
+            peers_anew: false,
+            times_anew: false,
         };
         let message = write(&options).expect_err("refused").to_string();
         assert!(message.contains("bowling"), "{message}");

@@ -101,6 +101,12 @@ pub enum Ending {
     NotFinished,
 }
 
+/// The motion and the bounds by which a grasp is judged: others make other outcomes.
+pub fn rules(hand: HandKind) -> String {
+    let bounds_m = [LIFT_M, LIFTED_M, MOVED_M, OVERLAP_M, GONE_M, SHAKE_M];
+    format!("{:?}, {bounds_m:?} m, {SHAKE_HZ} Hz, {ONSET_S} s, {LOOK_S} s", Schedule::of(hand))
+}
+
 /// The outcome of a grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fate {

@@ -102,23 +102,27 @@ pub(super) enum Reading {
 /// A cylinder in the hand, its axis across the closing fingers: `deep_m` from the base along the approach.
 fn scene(
     effort: &Effort,
-    grip: &Grip,
+    (grip, hand): (&Grip, &Arc<Hand>),
     radius: f64,
     deep_m: f64,
     along_m: f64,
 ) -> Result<(Model, State, Pose)> {
-    let hand = Hand::builtin(grip.hand).with_context(|| format!("{} is built in", grip.hand))?;
     let along = grip.approach.cross(grip.across);
     let upright = Rotation::from_mat3(&Mat3::from_cols(grip.across, -grip.approach, along)).normalize();
     let shape = Shape::Cylinder { radius, half_length: HALF_LENGTH_M };
     let at = grip.centre + grip.approach * deep_m + along * along_m;
-    let mut model = Model::new(weightless(effort.setup.dt_s), Some(hand))?;
+    let mut model = Model::new(weightless(effort.setup.dt_s), Some(Arc::clone(hand)))?;
     model.add_object(body(&shape, FRICTION)?)?;
     let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::from_parts(at, upright)]);
     Ok((model, state, Pose::IDENTITY))
 }
 
 impl Grip {
+    /// The built-in hand.
+    pub(super) fn hand(&self) -> Result<Arc<Hand>> {
+        Hand::builtin(self.hand).with_context(|| format!("{} is built in", self.hand))
+    }
+
     fn closing(&self) -> Closing {
         Closing { opened: self.opened.to_vec(), closed: self.closed.to_vec() }
     }
@@ -133,9 +137,10 @@ pub(super) fn in_fingertips(
     recorder: &mut Recorder,
 ) -> Result<Option<[[f64; 2]; 2]>> {
     let setup = &effort.setup;
+    let hand = grip.hand()?;
     let mut motions = [[0.0; 2]; 2];
     for (motor, motion) in motions.iter_mut().enumerate() {
-        let scene = scene(effort, grip, radius, grip.reach_m - TIP_M, 0.0)?;
+        let scene = scene(effort, (grip, &hand), radius, grip.reach_m - TIP_M, 0.0)?;
         let mut held = Held::close(setup, recorder, scene, &grip.closing())?;
         if held.lost()? {
             return Ok(None);
@@ -148,13 +153,18 @@ pub(super) fn in_fingertips(
 }
 
 /// The first distance from the base at which the hand keeps the cylinder, m; the very first if there is none.
-fn kept(effort: &Effort, grip: &Grip, way: Way, recorder: &mut Recorder) -> Result<f64> {
+fn kept(
+    effort: &Effort,
+    (grip, hand): (&Grip, &Arc<Hand>),
+    way: Way,
+    recorder: &mut Recorder,
+) -> Result<f64> {
     let places: Vec<f64> = match way {
         Way::Pinch => TIPS_M.iter().map(|tip| grip.reach_m - tip).collect(),
         Way::Wrap => GAPS_M.iter().map(|gap| grip.palm_m + RADIUS_M + gap).collect(),
     };
     for &deep_m in &places {
-        let scene = scene(effort, grip, RADIUS_M, deep_m, 0.0)?;
+        let scene = scene(effort, (grip, hand), RADIUS_M, deep_m, 0.0)?;
         if !Held::close(&effort.setup, recorder, scene, &grip.closing())?.lost()? {
             return Ok(deep_m);
         }
@@ -172,13 +182,14 @@ pub(super) fn measure(
     // Fingers that wrap press from all sides.
     let split = |[all, across]: [f64; 2]| if way == Way::Pinch { across } else { all };
     let mut recorder = Recorder::default();
-    let deep_m = kept(effort, grip, way, &mut recorder)?;
+    let hand = grip.hand()?;
+    let deep_m = kept(effort, (grip, &hand), way, &mut recorder)?;
     let shifts = &SHIFTS[..if effort.few { 3 } else { SHIFTS.len() }];
     let mut placements = Vec::new();
     for (deep_mm, along_mm) in shifts {
         // A wrapped cylinder cannot lie in the palm.
         let deep_mm = if way == Way::Wrap { deep_mm.abs() } else { *deep_mm };
-        let scene = scene(effort, grip, RADIUS_M, deep_m + 1e-3 * deep_mm, 1e-3 * along_mm)?;
+        let scene = scene(effort, (grip, &hand), RADIUS_M, deep_m + 1e-3 * deep_mm, 1e-3 * along_mm)?;
         let mut held = Held::close(&effort.setup, &mut recorder, scene, &grip.closing())?;
         let value = match reading {
             _ if held.lost()? => None,
@@ -202,6 +213,19 @@ pub(super) fn measure(
         published,
         placements,
     }])
+}
+
+/// Force between the halves of a cylinder pinched as near to the tips as the hand keeps it, N, for a hand with other numbers.
+pub(super) fn pinched(effort: &Effort, grip: &Grip, hand: &Arc<Hand>) -> Result<Option<f64>> {
+    let mut recorder = Recorder::default();
+    let deep_m = kept(effort, (grip, hand), Way::Pinch, &mut recorder)?;
+    let scene = scene(effort, (grip, hand), RADIUS_M, deep_m, 0.0)?;
+    let mut held = Held::close(&effort.setup, &mut recorder, scene, &grip.closing())?;
+    if held.lost()? {
+        return Ok(None);
+    }
+    let [_, across] = held.split_force(&effort.setup, &mut recorder, grip.across)?;
+    Ok(Some(across))
 }
 
 /// Joint coordinates of a hand at rest in air, its motors at `sigma`.

@@ -1,10 +1,13 @@
 //! `palmares-compare validate`: published measurements on real hands beside the same measurement on ours, as docs/validation.
 
 mod barrett;
+mod ends;
+mod fingertips;
 mod grips;
 mod outcome;
 mod page;
 mod plot;
+mod press;
 mod recording;
 mod softhand;
 mod studies;
@@ -48,7 +51,7 @@ pub fn run(options: &ValidationOptions) -> Result<()> {
     let mut outcomes = measure(effort, &options.only)?;
     if let Some(path) = &options.t42 {
         let measured = recording::measure(&effort, path)?;
-        outcomes.push(Outcome { study: &recording::STUDY, measured });
+        outcomes.push(Outcome { study: &recording::STUDY, measured, ends: None });
     }
     fs::create_dir_all(&options.out).with_context(|| format!("{}", options.out.display()))?;
     page::write(&outcomes, effort, &options.out)?;
@@ -73,8 +76,12 @@ pub(crate) fn measure(effort: Effort, only: &[String]) -> Result<Vec<Outcome>> {
     for study in chosen {
         eprintln!("{}", study.key);
         let measured = (study.measure)(&effort).with_context(|| study.key.to_owned())?;
+        let ends = match study.ends.filter(|_| !effort.few) {
+            Some(ends) => ends(&effort).with_context(|| study.key.to_owned())?,
+            None => None,
+        };
         if !measured.is_empty() {
-            outcomes.push(Outcome { study, measured });
+            outcomes.push(Outcome { study, measured, ends });
         }
     }
     Ok(outcomes)

@@ -1,14 +1,36 @@
 //! A study, how much of it is measured, and what came of it.
 
+use super::ends::Ends;
 use anyhow::Result;
 use palmares_bench::cases::Setup;
 use palmares_bench::measured::{Measured, Spread};
 use serde_json::{Value, json};
 
+/// What a row tests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A number of the hand was chosen so that ours agrees: the row tests nothing.
+    Calibration,
+    /// No number of the hand was chosen for it.
+    Prediction,
+}
+
+impl Kind {
+    /// As on the page.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Kind::Calibration => "calibration",
+            Kind::Prediction => "prediction",
+        }
+    }
+}
+
 /// A published measurement and ours.
 pub(crate) struct Study {
     /// Its name in the line of JSON.
     pub(crate) key: &'static str,
+    /// Whether a number of the hand was fitted to it.
+    pub(crate) kind: Kind,
     /// Its heading.
     pub(crate) title: &'static str,
     /// The publication.
@@ -27,6 +49,8 @@ pub(crate) struct Study {
     pub(crate) why: &'static str,
     /// Takes ours; empty where the hand is not built in.
     pub(crate) measure: fn(&Effort) -> Result<Vec<Measured>>,
+    /// Takes ours with each uncertain number of the hand at the ends of its range; none where it is not taken.
+    pub(crate) ends: Option<fn(&Effort) -> Result<Option<Ends>>>,
 }
 
 /// How much is measured.
@@ -42,6 +66,7 @@ pub(crate) struct Effort {
 pub(crate) struct Outcome {
     pub(crate) study: &'static Study,
     pub(crate) measured: Vec<Measured>,
+    pub(crate) ends: Option<Ends>,
 }
 
 impl Outcome {
@@ -56,6 +81,7 @@ impl Outcome {
         let of = |part: fn(Spread) -> f64| spread.map(part).filter(|x| x.is_finite());
         let first = self.measured.first();
         json!({
+            "kind": self.study.kind.name(),
             "published": self.study.published,
             "unit": self.study.unit,
             "ours_mean": of(|s| s.mean),

@@ -5,7 +5,7 @@
 //! object, and the ratio of their lengths.
 
 use super::grips::{T42, in_fingertips};
-use super::outcome::{Effort, Study};
+use super::outcome::{Effort, Kind, Study};
 use anyhow::{Context, Result, ensure};
 use palmares_bench::measured::Measured;
 use palmares_bench::recorder::Recorder;
@@ -16,6 +16,7 @@ use std::path::Path;
 /// The study of a recording.
 pub(crate) const STUDY: Study = Study {
     key: "yale_t42_recording",
+    kind: Kind::Prediction,
     title: "Yale T42: motion of a held object under each motor",
     source: "a recording of the RUM data set, given by its path",
     protocol: "A T42 holds a cylinder of 35 mm; at 10 Hz each motor takes a step of −1, 0 or 1; a camera reads the object",
@@ -25,6 +26,7 @@ pub(crate) const STUDY: Study = Study {
     unit: "degrees",
     why: "Finger lengths, flexures and the grasp of the recorded hand are not part of the data set",
     measure: |_| Ok(Vec::new()),
+    ends: None,
 };
 
 /// Radius of the recorded cylinder, m.

@@ -12,7 +12,7 @@ use declared::DeclaredPart;
 use finished_parts::FinishedParts;
 use std::fs;
 use std::time::Instant;
-use tools::Tools;
+use tools::{Anew, Tools};
 
 #[derive(Args)]
 pub(crate) struct RecordPagesOptions {
@@ -28,12 +28,23 @@ pub(crate) struct RecordPagesOptions {
     /// Measure again what is finished.
     #[arg(long)]
     again: bool,
+    /// Play all runs of other engines, also those that the pages have with the same key: hours.
+    #[arg(long)]
+    peers_anew: bool,
+    /// Keep the outcomes of other engines and time their runs again.
+    #[arg(long, conflicts_with = "peers_anew")]
+    times_anew: bool,
 }
 
 /// Runs the parts that are not finished with the present engine; a part that fails does not keep the others from being made.
 pub(crate) fn run(options: &RecordPagesOptions) -> Result<()> {
     let parts = chosen(declared::parts()?, &options.only)?;
-    let tools = Tools::new(options.quick)?;
+    let anew = match (options.peers_anew, options.times_anew) {
+        (true, _) => Anew::Peers,
+        (false, true) => Anew::Times,
+        (false, false) => Anew::Sentinels,
+    };
+    let tools = Tools::new(options.quick, anew)?;
     let mut finished_parts = FinishedParts::read(&tools.folder, options.quick)?;
     let mut open = Vec::new();
     for part in &parts {

@@ -1,7 +1,7 @@
 //! The commands of each part. In the quick form each plays what is shortest.
 
 use super::declared::DeclaredPart;
-use super::tools::{Tools, played};
+use super::tools::{Anew, Tools, played};
 use crate::cargo::build_server;
 use crate::pages::{self, Wanted};
 use anyhow::{Context, Result};
@@ -14,13 +14,14 @@ use std::thread;
 type Make = fn(&DeclaredPart, &Tools) -> Result<()>;
 
 /// The parts by name.
-pub(super) const COMMANDS: [(&str, Make); 14] = [
+pub(super) const COMMANDS: [(&str, Make); 15] = [
     ("report", report),
     ("further", report),
     ("hand_scenes", report),
     ("search", search),
     ("grasps", grasps),
     ("sweep", sweep),
+    ("hard", hard),
     ("validation", validation),
     ("cameras", cameras),
     ("throughput", throughput),
@@ -63,6 +64,11 @@ fn page(part: &DeclaredPart, tools: &Tools) -> Result<PathBuf> {
     tools.place(part.pages.first().context("a part has a page")?)
 }
 
+/// Number of plays at once, where none is timed.
+fn jobs() -> String {
+    thread::available_parallelism().map_or(1, usize::from).to_string()
+}
+
 fn report(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut report = tools.compare()?;
     report.args(["report", "--part", &part.name, "--out"]).arg(folder(part, tools)?);
@@ -76,6 +82,7 @@ fn report(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     if !part.steps_ms.is_empty() {
         report.args(["--steps-ms", &part.steps_ms]);
     }
+    report.args(tools.anew.flag());
     played(&mut report)?;
     claims(tools)
 }
@@ -89,8 +96,7 @@ fn search(part: &DeclaredPart, tools: &Tools) -> Result<()> {
         search.arg("--runs").arg(tools.folder.join("quick-search.jsonl"));
         return played(&mut search);
     }
-    let jobs = thread::available_parallelism().map_or(1, usize::from).to_string();
-    search.args(["--jobs", &jobs]);
+    search.args(["--jobs", &jobs()]);
     played(&mut search)?;
     claims(tools)
 }
@@ -100,21 +106,16 @@ fn grasps(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     grasps.arg("grasps").arg("--out").arg(folder(part, tools)?);
     if tools.quick {
         grasps.args(["--placements", "1", "--family", "ball", "--hand", "softhand", "--steps-ms", "4"]);
-        grasps.args(["--settings", "default", "--run-limit-s", "10"]);
+        grasps.args(["--peer-steps-ms", "4", "--settings", "default", "--run-limit-s", "10"]);
         grasps.arg("--runs").arg(tools.folder.join("quick-grasps.jsonl"));
         return played(&mut grasps);
     }
-    // The peers' steps are those that README.md compares. The settings left out kept fewer in the count before, or none in the
-    // search.
-    let jobs = thread::available_parallelism().map_or(1, usize::from).to_string();
-    grasps.args(["--jobs", &jobs, "--run-limit-s", "60", "--engine"]);
-    let play = |more: &[&str]| -> Result<()> {
-        let mut some = tools.compare()?;
-        played(some.args(grasps.get_args()).args(more))
-    };
-    play(&["own"])?;
-    play(&["rapier,mujoco", "--hand", "softhand", "--steps-ms", "1,2,4", "--settings", GRASP_SETTINGS])?;
-    play(&["own,rapier,mujoco", "--settings", GRASP_SETTINGS, "--count-only"])?;
+    // The settings left out kept fewer in the count before, or none in the search.
+    grasps.args(["--jobs", &jobs(), "--run-limit-s", "60", "--settings", GRASP_SETTINGS]);
+    if tools.anew == Anew::Peers {
+        grasps.args(tools.anew.flag());
+    }
+    played(&mut grasps)?;
     claims(tools)
 }
 
@@ -126,11 +127,24 @@ fn claims(tools: &Tools) -> Result<()> {
 fn sweep(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let mut sweep = tools.bench();
     sweep.arg("sweep").arg("--write").arg(page(part, tools)?);
+    sweep.args(["--threads", &jobs()]);
     if tools.quick {
         sweep.args(["bowling", "top_momentum", "--steps", "5"]);
         sweep.arg("--runs").arg(tools.folder.join("quick-sweep.jsonl"));
+    } else {
+        sweep.args(["--steps", "50"]);
     }
     played(&mut sweep)
+}
+
+fn hard(part: &DeclaredPart, tools: &Tools) -> Result<()> {
+    let mut hard = tools.bench();
+    hard.arg("hard-cases").arg("--write").arg(page(part, tools)?);
+    if tools.quick {
+        hard.args(["touching_faces", "singular_arm", "--steps", "2"]);
+        hard.arg("--runs").arg(tools.folder.join("quick-sweep.jsonl"));
+    }
+    played(&mut hard)
 }
 
 fn validation(part: &DeclaredPart, tools: &Tools) -> Result<()> {

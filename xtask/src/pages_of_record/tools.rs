@@ -10,9 +10,33 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+/// What is done again of the runs of other engines.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Anew {
+    /// A few are played, to see whether the kept ones are of this machine.
+    Sentinels,
+    /// All are timed.
+    Times,
+    /// All are played and timed.
+    Peers,
+}
+
+impl Anew {
+    /// The option of `palmares-compare`.
+    pub(super) fn flag(self) -> Option<&'static str> {
+        match self {
+            Anew::Sentinels => None,
+            Anew::Times => Some("--times-anew"),
+            Anew::Peers => Some("--peers-anew"),
+        }
+    }
+}
+
 pub(super) struct Tools {
     /// Shortest forms, away from the docs.
     pub quick: bool,
+    /// What is done again of the runs of other engines that the pages have.
+    pub anew: Anew,
     /// Folder of the files that stay between two calls.
     pub folder: PathBuf,
     bench: PathBuf,
@@ -21,12 +45,12 @@ pub(super) struct Tools {
 }
 
 impl Tools {
-    pub(super) fn new(quick: bool) -> Result<Self> {
+    pub(super) fn new(quick: bool, anew: Anew) -> Result<Self> {
         let bench = build("palmares-bench", false)?;
         let target = bench.parent().and_then(Path::parent).context("the target directory")?;
         let folder = target.join("pages-of-record");
         fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-        Ok(Tools { quick, folder, bench, compare: OnceCell::new(), python: OnceCell::new() })
+        Ok(Tools { quick, anew, folder, bench, compare: OnceCell::new(), python: OnceCell::new() })
     }
 
     /// Where a page or its folder goes; the folder around it exists.
