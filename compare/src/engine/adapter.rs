@@ -2,7 +2,8 @@
 //! engine.
 
 use palmares_models::hand::Hand;
-use palmares_sim::{BaseCommand, Command, Model};
+use palmares_sim::model::Collider;
+use palmares_sim::{Command, Model};
 
 /// An adapter does not pass on what a scene needs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -13,21 +14,17 @@ pub struct NotPlayed(pub String);
 pub struct Adapter {
     /// Name of the engine.
     pub engine: &'static str,
-    /// Surfaces that rebound.
-    restitution: bool,
-    /// A hand whose base nothing holds any more.
-    free_base: bool,
-    /// Forces on a hand from outside.
-    pushes: bool,
+    /// Friction against spin and rolling resistance.
+    levers: bool,
+    /// Dry friction of joints.
+    joint_friction: bool,
 }
 
 impl Adapter {
     /// rapier's.
-    pub const RAPIER: Adapter =
-        Adapter { engine: "rapier", restitution: true, free_base: true, pushes: true };
+    pub const RAPIER: Adapter = Adapter { engine: "rapier", levers: false, joint_friction: false };
     /// MuJoCo's.
-    pub const MUJOCO: Adapter =
-        Adapter { engine: "mujoco", restitution: false, free_base: false, pushes: false };
+    pub const MUJOCO: Adapter = Adapter { engine: "mujoco", levers: true, joint_friction: true };
     /// All.
     pub const ALL: [Adapter; 2] = [Adapter::RAPIER, Adapter::MUJOCO];
 
@@ -37,7 +34,7 @@ impl Adapter {
     /// The first part that it does not pass on.
     pub fn takes(&self, model: &Model) -> Result<(), NotPlayed> {
         let hand = |has: fn(&Hand) -> bool| model.hand().is_some_and(|hand| has(hand));
-        let rebounds = model.colliders().iter().any(|collider| collider.restitution > 0.0);
+        let rubs = |it: &Collider| it.rolling_friction > 0.0 || it.spin.lever > 0.0;
         self.all_but(&[
             (
                 hand(|it| it.tendons.iter().any(|tendon| !tendon.elements.is_empty())),
@@ -48,22 +45,29 @@ impl Adapter {
                 "springs across joints and closed chains",
             ),
             (hand(|it| it.motors.iter().any(|motor| motor.slows())), "motors that a load slows"),
-            (rebounds && !self.restitution, "restitution"),
+            (hand(|it| it.tendons.iter().any(|it| !it.guides.is_empty())), "friction of cables at guides"),
+            (
+                hand(|it| it.tendons.iter().any(|it| it.hold_limit.is_some())),
+                "drives that no load turns back",
+            ),
+            (hand(|it| !it.pads.is_empty()), "soft pads"),
+            (
+                hand(|it| it.coordinates.iter().any(|it| it.friction > 0.0)) && !self.joint_friction,
+                "dry friction of joints",
+            ),
+            (
+                model.colliders().iter().any(rubs) && !self.levers,
+                "friction against spin and rolling resistance",
+            ),
         ])
     }
 
-    /// Whether it passes on a command in a scene.
+    /// Whether it passes on a command.
     ///
     /// # Errors
     /// The first part that it does not pass on.
-    pub fn obeys(&self, model: &Model, command: &Command) -> Result<(), NotPlayed> {
-        let base = &model.config().base;
-        let servo = model.hand().is_some() && !base.bolted && base.stiffness != 0.0;
-        let freed = servo && command.base == BaseCommand::Free;
-        self.all_but(&[
-            (!command.pushes.is_empty() && !self.pushes, "forces from outside"),
-            (freed && !self.free_base, "a base servo that is switched off"),
-        ])
+    pub fn obeys(&self, command: &Command) -> Result<(), NotPlayed> {
+        self.all_but(&[(command.effort.iter().any(|it| *it < 1.0), "motors with a part of their force")])
     }
 
     fn all_but(&self, needed: &[(bool, &str)]) -> Result<(), NotPlayed> {

@@ -177,6 +177,9 @@ pub const SETTINGS: &[Settings] = &[
     },
 ];
 
+/// Sets that a search found to solve more plays of a scene than any named one, or of which it is known elsewhere.
+pub const FOUND: &[&str] = &["stiff2+integrator=Euler"];
+
 const DEFAULT: EngineOptions = &[
     ("integrator", "discrete"),
     ("cone", "elliptic"),

@@ -92,6 +92,9 @@ pub const SETTINGS: &[Settings] = &[
     },
 ];
 
+/// Sets that a search found to solve more plays of a scene than any named one.
+pub const FOUND: &[&str] = &[];
+
 /// Contacts of 120 Hz: the default of 30 Hz lets links of a few grams sink.
 ///
 /// With a hand one sub-step, since more would re-use a tension that was found for a whole step, and so the effort goes
