@@ -42,7 +42,7 @@ pub(crate) struct ReportOptions {
     #[arg(long)]
     reuse_peers: bool,
     /// Search the documented options of the other engines instead, and write docs/report/search. Hours; goes on where it was
-    /// stopped, from target/search.jsonl.
+    /// stopped, from the plays of its page.
     #[arg(long)]
     search: bool,
     /// A report's JSON from which the runs of engines that are not played, and their times, are taken.

@@ -177,7 +177,7 @@ pub const SETTINGS: &[Settings] = &[
     },
 ];
 
-/// Sets that a search found to solve more plays of a scene than any named one, or of which it is known elsewhere.
+/// Sets that solve more plays of a scene than any named one, as a search found.
 pub const FOUND: &[&str] = &["stiff2+integrator=Euler"];
 
 const DEFAULT: EngineOptions = &[
