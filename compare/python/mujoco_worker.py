@@ -4,6 +4,9 @@ Start: 8 bytes of length and an MJCF document; answered by one float (1: it comp
 or by 0, a length and a message. Then, each led by one byte:
 
     P  qpos, qvel          set the state; no answer
+    B  on                  turn the base servo on (1) or off (0); no answer
+    F  count, rows         the forces from outside in the steps that follow, a row each: number of the link, point in its
+                           frame, force in the world's axes; no answer
     S  ctrl                one step; answered by CPU seconds, deepest overlap, warnings, qpos, qvel, actuator forces
     C                      answered by the number of contacts of the last step, and of each: numbers in the names of both
                            shapes, place, normal from the first to the second, force on the second, gap
@@ -55,7 +58,27 @@ def without_extras(model):
     return bare
 
 
-def replay(model, start, log, longest_ns):
+class Base:
+    """The servo of the base: the gains and biases of its six actuators, the first of a document."""
+
+    def __init__(self, model):
+        self.gain, self.bias = model.actuator_gainprm[:6].copy(), model.actuator_biasprm[:6].copy()
+
+    def turn(self, model, on):
+        model.actuator_gainprm[:6], model.actuator_biasprm[:6] = on * self.gain, on * self.bias
+
+
+def push(model, data, rows):
+    """Applies forces from outside, each as force and torque at the centre of mass of its body."""
+    data.xfrc_applied[:] = 0
+    mujoco.mj_kinematics(model, data)
+    for row in rows:
+        body = model.body(f"link{int(row[0])}").id
+        at = data.xpos[body] + data.xmat[body].reshape(3, 3) @ row[1:4]
+        data.xfrc_applied[body] += np.concatenate([row[4:], np.cross(at - data.xipos[body], row[4:])])
+
+
+def replay(model, base, start, log, longest_ns):
     """CPU seconds per step of the same run in one tight loop, and of its steps, each from the same state, without extras."""
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = start
@@ -63,25 +86,39 @@ def replay(model, start, log, longest_ns):
     states = []
     ctrl, step = data.ctrl, mujoco.mj_step
     total = count = 0
+    on, forces, loaded = 1.0, (), False
+    base.turn(model, on)
     for op, values in log:
         if op == b"S":
             ctrl[:] = values
+            if loaded:
+                push(model, data, forces)
             if bare is not model:
-                states.append((data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy(), values))
+                loads = (data.xfrc_applied.copy(), on) if loaded else None
+                states.append((data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy(), values, loads))
             begin = clock()
             step(model, data)
             total += clock() - begin
             count += 1
             if total > longest_ns:
                 break
+        elif op == b"B":
+            on, loaded = values, True
+            base.turn(model, on)
+        elif op == b"F":
+            forces, loaded = values, True
         else:
             data.qpos[:] = values[: model.nq]
             data.qvel[:] = values[model.nq :]
     lesser = total
     if bare is not model:
         data, lesser = mujoco.MjData(bare), 0
-        for qpos, qvel, warm, ctrl in states:
+        base.turn(bare, 1.0)
+        for qpos, qvel, warm, ctrl, loads in states:
             data.qpos[:], data.qvel[:], data.qacc_warmstart[:], data.ctrl[:] = qpos, qvel, warm, ctrl
+            if loads:
+                data.xfrc_applied[:], on = loads
+                base.turn(bare, on)
             begin = clock()
             step(bare, data)
             lesser += clock() - begin
@@ -122,6 +159,7 @@ def main():
     data = mujoco.MjData(model)
     start = (data.qpos.copy(), data.qvel.copy())
     log = []
+    base, forces, loaded = Base(model), (), False
     answer(1.0, model.nq, model.nv, model.nu)
     while True:
         op = read(source, 1)
@@ -130,9 +168,19 @@ def main():
             data.qpos[:] = values[: model.nq]
             data.qvel[:] = values[model.nq :]
             log.append((op, values))
+        elif op == b"B":
+            (on,) = floats(source, 1)
+            base.turn(model, on)
+            log.append((op, on))
+        elif op == b"F":
+            (count,) = floats(source, 1)
+            forces, loaded = floats(source, 7 * int(count)).reshape(-1, 7), True
+            log.append((op, forces))
         elif op == b"S":
             values = floats(source, model.nu)
             data.ctrl[:] = values
+            if loaded:
+                push(model, data, forces)
             log.append((op, values))
             begin = clock()
             mujoco.mj_step(model, data)
@@ -145,7 +193,7 @@ def main():
             answer(len(found), found.ravel())
         elif op == b"R":
             (longest,) = floats(source, 1)
-            answer(replay(model, start, log, longest * 1e9))
+            answer(replay(model, base, start, log, longest * 1e9))
 
 
 # The count of warnings shows a diverging run; thousands of lines about it help nobody.

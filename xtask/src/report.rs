@@ -45,7 +45,7 @@ pub(crate) struct ReportOptions {
     #[arg(long)]
     times_anew: bool,
     /// Search the documented options of the other engines instead, and write docs/report/search. Hours; goes on where it was
-    /// stopped, from target/search.jsonl.
+    /// stopped, from the plays of its page.
     #[arg(long)]
     search: bool,
     /// A report's JSON from which runs of peers are taken, with their times; that in the folder of the report if not given.

@@ -5,6 +5,7 @@
 //! has a revision, and so has each [`Feature`] that it passes on. A change of an adapter's source that changes outcomes raises
 //! the revision of the part whose outcomes it changes, and only the runs that need this part are played again.
 
+use palmares_sim::model::Collider;
 use palmares_sim::{BaseCommand, Command, Model};
 use std::collections::BTreeSet;
 
@@ -24,6 +25,18 @@ pub enum Feature {
     Springs,
     /// Motors that a load slows.
     SlowedMotors,
+    /// Friction of cables at their guides.
+    Guides,
+    /// Drives that no load turns back.
+    HeldDrives,
+    /// Soft pads.
+    Pads,
+    /// Dry friction of joints.
+    JointFriction,
+    /// Friction against spin and rolling resistance.
+    Levers,
+    /// Motors with a part of their force.
+    PartialEffort,
     /// Surfaces that rebound.
     Restitution,
     /// Forces on a hand from outside.
@@ -40,6 +53,12 @@ impl Feature {
             Feature::CurvedTendons => "tendons whose R depends on q",
             Feature::Springs => "springs across joints and closed chains",
             Feature::SlowedMotors => "motors that a load slows",
+            Feature::Guides => "friction of cables at guides",
+            Feature::HeldDrives => "drives that no load turns back",
+            Feature::Pads => "soft pads",
+            Feature::JointFriction => "dry friction of joints",
+            Feature::Levers => "friction against spin and rolling resistance",
+            Feature::PartialEffort => "motors with a part of their force",
             Feature::Restitution => "restitution",
             Feature::Pushes => "forces from outside",
             Feature::FreeBase => "a base servo that is switched off",
@@ -55,11 +74,19 @@ impl Feature {
                 (Feature::CurvedTendons, hand.tendons.iter().any(|it| !it.elements.is_empty())),
                 (Feature::Springs, !(hand.springs.is_empty() && hand.linkages.is_empty())),
                 (Feature::SlowedMotors, hand.motors.iter().any(|motor| motor.slows())),
+                (Feature::Guides, hand.tendons.iter().any(|it| !it.guides.is_empty())),
+                (Feature::HeldDrives, hand.tendons.iter().any(|it| it.hold_limit.is_some())),
+                (Feature::Pads, !hand.pads.is_empty()),
+                (Feature::JointFriction, hand.coordinates.iter().any(|it| it.friction > 0.0)),
             ];
             features.extend(has.into_iter().filter(|(_, has)| *has).map(|(feature, _)| feature));
         }
-        if model.colliders().iter().any(|collider| collider.restitution > 0.0) {
+        let any = |has: fn(&Collider) -> bool| model.colliders().iter().any(has);
+        if any(|it| it.restitution > 0.0) {
             features.insert(Feature::Restitution);
+        }
+        if any(|it| it.rolling_friction > 0.0 || it.spin.lever > 0.0) {
+            features.insert(Feature::Levers);
         }
         features
     }
@@ -71,6 +98,7 @@ impl Feature {
         let has = [
             (Feature::Pushes, !command.pushes.is_empty()),
             (Feature::FreeBase, servo && command.base == BaseCommand::Free),
+            (Feature::PartialEffort, command.effort.iter().any(|it| *it < 1.0)),
         ];
         has.into_iter().filter(|(_, has)| *has).map(|(feature, _)| feature).collect()
     }
@@ -95,12 +123,25 @@ impl Adapter {
             (Feature::Hand, 1),
             // 2: a pair has the larger of its two coefficients.
             (Feature::Restitution, 2),
+            // 2: a force ends with its command.
+            (Feature::Pushes, 2),
+            // 2: the servo is switched off.
+            (Feature::FreeBase, 2),
+        ],
+    };
+    /// MuJoCo's.
+    pub const MUJOCO: Adapter = Adapter {
+        engine: "mujoco",
+        revision: 1,
+        features: &[
+            (Feature::Hand, 1),
+            (Feature::JointFriction, 1),
+            (Feature::Levers, 1),
+            (Feature::Restitution, 1),
             (Feature::Pushes, 1),
             (Feature::FreeBase, 1),
         ],
     };
-    /// MuJoCo's.
-    pub const MUJOCO: Adapter = Adapter { engine: "mujoco", revision: 1, features: &[(Feature::Hand, 1)] };
     /// All.
     pub const ALL: [Adapter; 2] = [Adapter::RAPIER, Adapter::MUJOCO];
 

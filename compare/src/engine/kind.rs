@@ -26,11 +26,27 @@ impl EngineKind {
     /// Names of the engines.
     pub const NAMES: [&str; 3] = ["own", "rapier", "mujoco"];
 
-    /// Every engine with each of its settings, ours first.
+    /// Every engine with each of the settings that reports play, ours first: the named ones, and those that a search found.
     pub fn all() -> impl Iterator<Item = EngineKind> {
-        let rapier = rapier::SETTINGS.iter().map(EngineKind::Rapier);
-        let mujoco = mujoco::SETTINGS.iter().map(EngineKind::MuJoCo);
-        std::iter::once(EngineKind::Own).chain(rapier).chain(mujoco)
+        Self::NAMES.into_iter().flat_map(|name| {
+            let found: &[&str] = match name {
+                "rapier" => rapier::FOUND,
+                "mujoco" => mujoco::FOUND,
+                _ => &[],
+            };
+            let found = found.iter().filter_map(move |settings| Self::from_names(name, Some(settings)).ok());
+            Self::bases(name).into_iter().chain(found)
+        })
+    }
+
+    /// An engine with each of its named settings; the others change options of these.
+    pub fn bases(name: &str) -> Vec<EngineKind> {
+        match name {
+            "own" => vec![EngineKind::Own],
+            "rapier" => rapier::SETTINGS.iter().map(EngineKind::Rapier).collect(),
+            "mujoco" => mujoco::SETTINGS.iter().map(EngineKind::MuJoCo).collect(),
+            _ => Vec::new(),
+        }
     }
 
     /// Name of the engine, as on the command line.
@@ -116,7 +132,8 @@ impl EngineKind {
     /// # Errors
     /// No such engine, or it has no such settings or options.
     pub fn from_names(name: &str, settings: Option<&str>) -> Result<Self> {
-        let kinds = Self::with_all_settings(name)?;
+        let kinds = Self::bases(name);
+        ensure!(!kinds.is_empty(), "unknown engine `{name}`; known engines: {}", Self::NAMES.join(", "));
         let wanted = option_set::kept(settings.unwrap_or("default"));
         let (base, changes) = option_set::parse(wanted)?;
         let base = kinds.iter().find(|kind| kind.settings() == base).copied().with_context(|| {

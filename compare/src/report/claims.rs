@@ -229,21 +229,6 @@ mod tests {
         }
     }
 
-    /// The best that a search finds has to be played at every step: then no expert finds a better set among those.
-    #[test]
-    fn no_set_of_a_search_serves_a_peer_better_than_its_named_settings() {
-        let file = root().join("docs/report/search/search.json");
-        let search = crate::search::table::Table::read(&file).expect("it can be read");
-        for found in &search.found {
-            let (scene, engine, most) = (&found.scene, &found.engine, found.most());
-            assert_eq!(
-                found.most_named(),
-                most,
-                "{engine} in {scene}: name the set that solves {most} plays"
-            );
-        }
-    }
-
     #[test]
     fn counted_grasps_have_one_origin() {
         for Written { file, text, .. } in documents(root()) {

@@ -13,23 +13,27 @@ pub(super) fn write(table: &Table) -> String {
         "# What the options of other engines give\n\n\
          Written by `palmares-compare search`; do not edit.\n\n\
          {}\n\n\
-         The search begins with the named settings of the [report](../README.md#the-engines-and-their-settings) and changes one \
+         The search begins with the named settings of the [report](../README.md#the-engines-and-their-settings). Then it changes one \
          documented option at a time of the best set whose changes were not tried yet. Options have the names of the engine's \
-         own documentation. A scene is played at {steps} ms, a case from several starts that differ by at most a tenth of a \
-         millimetre; `grasps` are the first of each family of [drawn grasps](../grasps/README.md). A set whose first start fails \
-         at every step is given up. The number of plays that solve the scene decides, then how the others end, then the deepest \
-         overlap. It says what a set does at these steps; the report says what the named settings do at all.\n\n\
-         | scene | engine | sets tried | sets that solve any play | most plays solved | by named settings |\n\
-         |---|---|---|---|---|---|\n",
+         own documentation. In each of these rounds all sets play a few plays, the best third of them twice as many, and so on, \
+         until the best ones have played all (successive halving); where no set solves any play yet, all that end equally go on. The order of the plays is drawn for the scene. \
+         A scene is played at {steps} ms, a case from several starts that differ by at most a tenth of a \
+         millimetre; `grasps` are the first of each family of [drawn grasps](../grasps/README.md). \
+         The number of plays that solve the scene decides, then how the others end, then the deepest \
+         overlap. It says what a set does at these steps; the report says what the named settings do at all. \
+         `search.json` has every play; a second search plays only what it does not have.\n\n\
+         | scene | engine | sets tried | sets that played all | sets that solve any play | most plays solved | by named settings |\n\
+         |---|---|---|---|---|---|---|\n",
         table.record.line()
     );
     for found in &table.found {
-        let Found { scene, engine, version, plays, sets } = found;
+        let Found { scene, engine, version, plays, sets, .. } = found;
         let (most, named) = (found.most(), found.most_named());
         let _ = writeln!(
             page,
-            "| {scene} | {engine} {version} | {} | {} | {most} of {plays} | {named} of {plays} |",
+            "| {scene} | {engine} {version} | {} | {} | {} | {most} of {plays} | {named} of {plays} |",
             sets.len(),
+            found.whole().count(),
             found.solving().count(),
         );
     }

@@ -1,5 +1,7 @@
-//! Single plays of a search, kept in a file from which a stopped search goes on.
+//! The single plays of a search.
 
+use super::kept::{At, rounded};
+use super::score::{End, Outcome};
 use crate::child::{Failure, Task};
 use crate::engine::{EngineKind, NotPlayed};
 use crate::played::Played;
@@ -8,10 +10,7 @@ use crate::trials::family::{Family, HandKind, Trial};
 use crate::trials::play::{Ending, Fate};
 use anyhow::{Context, Result};
 use palmares_bench::cases;
-use palmares_bench::run_log::RunLog;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// The name under which the drawn grasps of the SoftHand are a scene of a search.
 pub(super) const GRASPS: &str = "grasps";
@@ -22,7 +21,8 @@ pub(super) struct SearchScene {
     pub name: String,
     /// Starts of the case, or drawn grasps.
     plays: Vec<Task>,
-    identity: String,
+    /// Identity of what it asks of an engine.
+    pub identity: String,
     /// Engines whose adapters do not play it, and why.
     pub refused: BTreeMap<&'static str, NotPlayed>,
 }
@@ -55,86 +55,13 @@ impl SearchScene {
         Ok(SearchScene { plays: (0..starts).map(play).collect(), identity, refused, name })
     }
 
-    /// Number of plays at one step.
-    pub(super) fn plays(&self) -> usize {
-        self.plays.len()
-    }
-}
-
-/// How a play ended, the best first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum End {
-    /// The scene is solved.
-    Solved,
-    /// It would be, were bodies not too deep in each other.
-    Deep,
-    /// The object is lost, or a bound is broken.
-    Lost,
-    /// It did not end in its time.
-    Unfinished,
-    /// A step failed.
-    Failed,
-}
-
-/// One play.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Play {
-    pub scene: String,
-    /// Place among the plays of the scene.
-    pub number: usize,
-    pub engine: String,
-    pub settings: String,
-    pub step_ms: f64,
-    pub end: End,
-    /// Deepest overlap, mm.
-    pub overlap_mm: Option<f64>,
-}
-
-/// A line of the file: plays are valid for a scene and a version of the engine, whatever the commit.
-#[derive(Serialize, Deserialize)]
-struct Line {
-    identity: String,
-    version: String,
-    play: Play,
-}
-
-type Key = (String, String, String, u64, usize);
-
-fn key(play: &Play) -> Key {
-    let Play { scene, engine, settings, step_ms, number, .. } = play;
-    (scene.clone(), engine.clone(), settings.clone(), (step_ms * 1e6).round() as u64, *number)
-}
-
-/// The plays that are known, and the file that they are in.
-pub(super) struct Plays {
-    lines: BTreeMap<Key, Line>,
-    log: RunLog,
-}
-
-impl Plays {
-    /// Reads the file.
-    ///
-    /// # Errors
-    /// It cannot be made.
-    pub(super) fn open(file: &Path) -> Result<Self> {
-        let (log, lines) = RunLog::open::<Line>(file)?;
-        let lines = lines.into_iter().map(|line| (key(&line.play), line)).collect();
-        Ok(Plays { lines, log })
-    }
-
-    pub(super) fn get(&self, wanted: &Wanted) -> Option<Play> {
-        let line = self.lines.get(&wanted.key())?;
-        let same = line.identity == wanted.scene.identity && line.version == wanted.version;
-        same.then(|| line.play.clone())
-    }
-
-    pub(super) fn add(&mut self, wanted: &Wanted, play: Play) -> Result<()> {
-        let (identity, version) = (wanted.scene.identity.clone(), wanted.version.to_owned());
-        let line = Line { identity, version, play };
-        self.log.add(&line)?;
-        self.lines.insert(key(&line.play), line);
-        Ok(())
+    /// Its plays at these steps, ms: all starts or grasps of one step, then those of the next.
+    pub(super) fn plays(&self, steps_ms: &[f64]) -> Vec<At> {
+        let of_step = |step_ms: &f64| {
+            let step_us = (1e3 * step_ms).round() as u32;
+            (0..self.plays.len()).map(move |number| At { step_us, number })
+        };
+        steps_ms.iter().flat_map(of_step).collect()
     }
 }
 
@@ -142,27 +69,21 @@ impl Plays {
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     pub scene: &'a SearchScene,
-    pub number: usize,
     pub kind: EngineKind,
-    pub version: &'a str,
-    pub step_ms: f64,
+    /// Step and place among the starts or grasps.
+    pub at: At,
     /// CPU time that it has, s.
     pub limit_s: f64,
 }
 
 impl Wanted<'_> {
-    fn key(&self) -> Key {
-        let step = (self.step_ms * 1e6).round() as u64;
-        (self.scene.name.clone(), self.kind.name().into(), self.kind.settings().into(), step, self.number)
-    }
-
     /// Plays it.
     ///
     /// # Errors
     /// The engine cannot be started.
-    pub(super) fn play(&self) -> Result<Play> {
-        let task = self.scene.plays[self.number].clone();
-        let (dt_s, limit_s) = (1e-3 * self.step_ms, self.limit_s);
+    pub(super) fn play(&self) -> Result<Outcome> {
+        let task = self.scene.plays[self.at.number].clone();
+        let (dt_s, limit_s) = (1e-6 * f64::from(self.at.step_us), self.limit_s);
         let failed = |failure: Failure| match failure.unfinished {
             true => (End::Unfinished, None),
             false => (End::Failed, None),
@@ -173,9 +94,7 @@ impl Wanted<'_> {
             }
             Task::Grasp { .. } => task.play::<Fate>(self.kind, dt_s, limit_s)?.map_or_else(failed, of_grasp),
         };
-        let (engine, settings) = (self.kind.name().to_owned(), self.kind.settings().to_owned());
-        let (scene, number, step_ms) = (self.scene.name.clone(), self.number, self.step_ms);
-        Ok(Play { scene, number, engine, settings, step_ms, end, overlap_mm })
+        Ok(Outcome { end, overlap_mm: overlap_mm.map(rounded) })
     }
 }
 

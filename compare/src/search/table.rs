@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
 
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// The content of the page and the JSON.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -31,9 +31,11 @@ pub struct Found {
     pub engine: String,
     /// Its version.
     pub version: String,
+    /// Identity of what the scene asks of an engine. Plays count as long as it and the version stay.
+    pub identity: String,
     /// Number of plays of a set that is played to the end.
     pub plays: usize,
-    /// Sets of options that were tried, the best first.
+    /// Sets of options that were tried: those with more plays first, then the better ones.
     pub sets: Vec<Set>,
 }
 
@@ -44,17 +46,24 @@ pub struct Set {
     pub settings: String,
     /// Plays that solve the scene.
     pub solved: usize,
-    /// Plays that ended: a set whose first plays all fail is given up.
+    /// Plays that ended: the worse sets play a part of them.
     pub of: usize,
     /// Further plays that did not end in their time.
     #[serde(default)]
     pub unfinished: usize,
+    /// Its plays, as `kept.rs` writes them.
+    pub plays: String,
 }
 
 impl Found {
-    /// The largest number of solved plays of any set.
+    /// The sets that were played to the end.
+    pub fn whole(&self) -> impl Iterator<Item = &Set> {
+        self.sets.iter().filter(|set| set.of + set.unfinished >= self.plays)
+    }
+
+    /// The largest number of plays that any of these solves.
     pub fn most(&self) -> usize {
-        self.sets.iter().map(|set| set.solved).max().unwrap_or(0)
+        self.whole().map(|set| set.solved).max().unwrap_or(0)
     }
 
     /// The same of the named settings, which reports play.
@@ -62,7 +71,7 @@ impl Found {
         let named = |set: &&Set| {
             EngineKind::all().any(|kind| kind.name() == self.engine && kind.settings() == set.settings)
         };
-        self.sets.iter().filter(named).map(|set| set.solved).max().unwrap_or(0)
+        self.whole().filter(named).map(|set| set.solved).max().unwrap_or(0)
     }
 
     /// Sets that solve the scene in at least one play.

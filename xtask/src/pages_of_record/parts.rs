@@ -93,7 +93,6 @@ fn search(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     if tools.quick {
         search.args(["--cases", "softhand_cylinder", "--steps-ms", "8", "--starts", "1", "--grasps", "1"]);
         search.args(["--expansions", "0", "--run-limit-s", "10"]);
-        search.arg("--runs").arg(tools.folder.join("quick-search.jsonl"));
         return played(&mut search);
     }
     search.args(["--jobs", &jobs()]);

@@ -1,13 +1,13 @@
 //! The same scene as a MuJoCo model.
 
 use super::settings::{ARMATURE, BOXES, CONDIM, Settings};
+use super::surface::{Surface, Writing};
 use palmares_models::hand::{Hand, HingeKind, Inertia, Link};
 use palmares_models::mjcf::{Element, Lines};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::{Model, Owner, State};
-use std::sync::Arc;
 
 /// A fixed box this large in two directions, m, is a plane.
 const PLANE_M: f64 = 1.0;
@@ -58,8 +58,7 @@ pub(super) struct Document {
 #[derive(Clone, Copy)]
 struct Written {
     owner: Owner,
-    friction: f64,
-    levers: Levers,
+    surface: Surface,
 }
 
 struct Writer<'a> {
@@ -67,10 +66,9 @@ struct Writer<'a> {
     settings: &'a Settings,
     /// Whether rounded boxes keep their roundings, as meshes.
     rounded: bool,
-    /// Least `condim` of a contact.
-    condim: u32,
-    /// Friction of most objects, and the largest levers.
-    common: Option<(f64, Levers)>,
+    surfaces: Writing<'a>,
+    /// The surface of most objects.
+    common: Option<Surface>,
     written: Vec<Written>,
     hinges: Vec<HingeDof>,
     masters: Vec<Option<usize>>,
@@ -88,8 +86,9 @@ pub(super) fn notes() -> Vec<String> {
         "tendon: fixed tendon and affine actuator with K and b of the model; its set point is clamped to where the \
          tendon will be and f_max beyond, since MuJoCo would clamp the force before its implicit step",
         "base: three slides and three hinges with the servo's gains; hand weight by gravcomp",
-        "not passed on, so that scenes with it are not played: restitution, forces on a hand from outside, a base servo that \
-         is switched off",
+        "restitution e: solref of a spring and damper, stiffness (pi^2 + ln^2 e)/T^2 and damping -2 ln e/T, with T of 8 steps, \
+         and a constant impedance of 0.99; MuJoCo has no coefficient, and documents this way",
+        "forces on a hand from outside by xfrc_applied; a base servo that is switched off has gains and biases of 0",
         "rounded boxes and hulls are convex meshes with 26 corners for each rounding; wide furniture is a plane",
         "friction of a pair: the geometric mean, as ours, wherever an object takes part: hand and furniture have \
          priority, with that of theirs and most objects'; objects of another friction have explicit pairs. Hand on \
@@ -108,8 +107,12 @@ pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Opt
         model,
         settings,
         rounded: settings.get(BOXES) != Some("sharp"),
-        condim: settings.get(CONDIM).map_or(Ok(3), str::parse).ok()?,
-        common: common(model.objects()),
+        surfaces: Writing {
+            settings,
+            condim: settings.get(CONDIM).map_or(Ok(3), str::parse).ok()?,
+            step_s: config.step_s,
+        },
+        common: Surface::common(model.objects()),
         written: Vec::new(),
         hinges: Vec::new(),
         masters: vec![None; coordinates],
@@ -176,41 +179,34 @@ impl Writer<'_> {
     }
 
     /// A geom with its name and its surface. MuJoCo takes the larger coefficient of two, or that of the one with
-    /// priority: what is no object has the geometric mean with that of most objects.
-    fn geom(&mut self, geom: Element, pose: &Pose, surface: Written) {
+    /// priority: what is no object has that of its pair with most objects.
+    fn geom(&mut self, geom: Element, pose: &Pose, shape: Written) {
         let geom = geom.whole_pose(pose).text("name", &format!("g{}", self.written.len()));
-        self.written.push(surface);
-        let geom = match (surface.owner, self.common) {
-            (Owner::Static | Owner::Link(_), Some((of_objects, levers))) => {
-                let mu = (surface.friction * of_objects).sqrt();
-                self.surface(geom.text("priority", "1"), &[mu], levers)
+        self.written.push(shape);
+        let geom = match (shape.owner, self.common) {
+            (Owner::Static | Owner::Link(_), Some(common)) => {
+                self.surfaces.geom(geom.text("priority", "1"), shape.surface.with(common))
             }
-            _ => self.surface(geom, &[surface.friction], surface.levers),
+            _ => self.surfaces.geom(geom, shape.surface),
         };
         self.bodies.leaf(geom);
     }
 
-    /// `condim` and `friction`: sliding, then spin, then rolling once for each of sliding.
-    fn surface(&self, element: Element, sliding: &[f64], levers: Levers) -> Element {
-        let condim = levers.condim().max(self.condim);
-        let Levers { torsional, rolling } = levers.at_least(self.condim);
-        let rolling = vec![rolling; sliding.len()];
-        element
-            .text("condim", &condim.to_string())
-            .numbers("friction", [sliding, &[torsional], &rolling].concat())
-    }
-
-    /// The pairs that shapes of objects with another friction than most make.
+    /// The pairs that shapes of objects with another surface than most make, and those that rub and rebound.
     fn pairs(&self, out: &mut Lines) {
-        let Some((common, _)) = self.common else { return };
-        let differs = |shape: &Written| matches!(shape.owner, Owner::Object(_)) && shape.friction != common;
+        let Some(common) = self.common else { return };
+        let differs = |shape: &Written| {
+            let Surface { friction, restitution, .. } = shape.surface;
+            let other = friction != common.friction || restitution != common.restitution;
+            other && matches!(shape.owner, Owner::Object(_))
+        };
         out.open(Element::new("contact"));
         for (j, b) in self.written.iter().enumerate() {
             for (i, a) in self.written[..j].iter().enumerate() {
-                if a.owner != b.owner && (differs(a) || differs(b)) {
-                    let (mu, levers) = ((a.friction * b.friction).sqrt(), a.levers.larger(b.levers));
+                let surface = a.surface.with(b.surface);
+                if a.owner != b.owner && (differs(a) || differs(b) || surface.rubs_and_rebounds()) {
                     let pair = Element::new("pair").text("geom1", &format!("g{i}"));
-                    out.leaf(self.surface(pair.text("geom2", &format!("g{j}")), &[mu, mu], levers));
+                    out.leaf(self.surfaces.pair(pair.text("geom2", &format!("g{j}")), surface));
                 }
             }
         }
@@ -224,7 +220,7 @@ impl Writer<'_> {
             if collider.owner != Owner::Static {
                 continue;
             }
-            let surface = Written::hard(Owner::Static, collider.friction);
+            let surface = Written { owner: Owner::Static, surface: Surface::hard(collider.friction) };
             let pose = collider.body_from_shape;
             if collider.shape.as_halfspace().is_some() {
                 self.geom(Element::plane(), &pose, surface);
@@ -258,8 +254,8 @@ impl Writer<'_> {
         self.bodies.leaf(Element::inertial(&inertia));
         for (at, shape) in &object.parts {
             let central = Pose::from_parts(at.translation - object.com, at.rotation);
-            let (owner, levers) = (Owner::Object(k), Levers::of(object));
-            self.shape(shape, &central, Written { owner, friction: object.friction, levers });
+            let (owner, surface) = (Owner::Object(k), Surface::of(object));
+            self.shape(shape, &central, Written { owner, surface });
         }
         self.bodies.close("body");
     }
@@ -293,7 +289,8 @@ impl Writer<'_> {
         }
         self.bodies.leaf(Element::inertial(&link.inertia));
         for geom in &link.geoms {
-            self.shape(&geom.shape, &geom.link_from_geom, Written::hard(Owner::Link(index), geom.friction));
+            let (owner, surface) = (Owner::Link(index), Surface::hard(geom.friction));
+            self.shape(&geom.shape, &geom.link_from_geom, Written { owner, surface });
         }
         for child in 0..hand.links.len() {
             if hand.links[child].parent == Some(index) {
@@ -346,6 +343,9 @@ impl Writer<'_> {
             let square = ratio * ratio;
             out = out.number("stiffness", c.stiffness / square).number("springref", ratio * c.rest + offset);
             out = out.number("damping", c.damping / square);
+            if c.friction > 0.0 {
+                out = out.number("frictionloss", c.friction / ratio.abs());
+            }
             let ends = [ratio * c.lower + offset, ratio * c.upper + offset];
             if ends.iter().all(|x| x.abs() < 100.0) {
                 let range = [ends[0].min(ends[1]), ends[0].max(ends[1])];
@@ -421,59 +421,14 @@ impl Writer<'_> {
     }
 }
 
-impl Written {
-    /// The surface of what has friction against sliding alone.
-    fn hard(owner: Owner, friction: f64) -> Self {
-        Written { owner, friction, levers: Levers::default() }
-    }
-}
-
-/// Levers of friction against spin and of rolling resistance, m.
-#[derive(Clone, Copy, Default)]
-struct Levers {
-    torsional: f64,
-    rolling: f64,
-}
-
-impl Levers {
-    fn of(object: &Object) -> Self {
-        Levers { torsional: object.torsional_friction, rolling: object.rolling_friction }
-    }
-
-    fn larger(self, other: Self) -> Self {
-        Levers { torsional: self.torsional.max(other.torsional), rolling: self.rolling.max(other.rolling) }
-    }
-
-    /// MuJoCo's own levers, 5 mm and 0.1 mm, where settings ask for friction that the model has not.
-    fn at_least(self, condim: u32) -> Self {
-        let or = |lever: f64, own: f64, needs: u32| if lever == 0.0 && condim >= needs { own } else { lever };
-        Levers { torsional: or(self.torsional, 5e-3, 4), rolling: or(self.rolling, 1e-4, 6) }
-    }
-
-    /// Number of directions that MuJoCo's contact resists.
-    fn condim(self) -> u32 {
-        match self {
-            Levers { rolling, .. } if rolling > 0.0 => 6,
-            Levers { torsional, .. } if torsional > 0.0 => 4,
-            _ => 3,
-        }
-    }
-}
-
-/// The friction that most objects have, of several the first, and the largest levers.
-fn common(objects: &[Arc<Object>]) -> Option<(f64, Levers)> {
-    let levers = objects.iter().fold(Levers::default(), |most, object| most.larger(Levers::of(object)));
-    let as_many = |object: &&Arc<Object>| objects.iter().filter(|o| o.friction == object.friction).count();
-    let most = objects.iter().rev().max_by_key(as_many)?;
-    Some((most.friction, levers))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::SETTINGS;
     use super::*;
     use palmares_bench::rigs::softhand;
+    use palmares_models::content::ContentHash;
     use palmares_sim::Config;
+    use std::sync::Arc;
 
     /// Two objects of unlike friction and a hand.
     fn written(settings: &Settings) -> String {
@@ -487,6 +442,52 @@ mod tests {
         let poses = [0.2, 0.4].map(|x| Pose::translation(x, 0.0, 0.0));
         let state = State::at_rest(&model, Pose::IDENTITY, &poses);
         document(&model, &state, settings).expect("it can be written").xml
+    }
+
+    /// Three balls on a floor, with a friction and a coefficient of restitution each.
+    fn balls(surfaces: [(f64, f64); 3]) -> String {
+        let mut model = Model::new(Config::with_step(1e-3), None).expect("sound");
+        model.add_ground(0.0, 0.5);
+        for (friction, restitution) in surfaces {
+            let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.03 })];
+            let ball = Object::new("ball", parts, 0.1, friction, 0.0).expect("sound");
+            model.add_object(Arc::new(ball.with_restitution(restitution))).expect("it fits");
+        }
+        let poses = [0.2, 0.4, 0.6].map(|x| Pose::translation(x, 0.0, 0.03));
+        let state = State::at_rest(&model, Pose::IDENTITY, &poses);
+        document(&model, &state, &SETTINGS[0]).expect("it can be written").xml
+    }
+
+    #[test]
+    fn without_rebounds_the_text_of_a_scene_is_what_it_was() {
+        // Outcomes of MuJoCo that are kept belong to these texts. The hashes are those of the texts before there were rebounds.
+        for (text, known) in [
+            (written(&SETTINGS[0]), "314c8c45c2572732"),
+            (balls([(0.5, 0.0), (0.8, 0.0), (0.8, 0.0)]), "8d2b44d23c2d7c73"),
+        ] {
+            assert_eq!(ContentHash::of(&text).to_hex()[..16], *known, "{text}");
+        }
+    }
+
+    #[test]
+    fn rebounds_are_springs_of_eight_steps() {
+        // ln 0.8 = -0.2231: stiffness (9.8696 + 0.0498)/(8e-3 s)^2, damping 2 * 0.22314/(8e-3 s).
+        let spring = "solref='-154990.58";
+        let xml = balls([(0.0, 0.8), (0.0, 0.8), (0.0, 0.8)]);
+        assert_eq!(xml.matches(spring).count(), 4, "the floor and three balls: {xml}");
+        assert_eq!(xml.matches(" -55.78").count(), 4, "{xml}");
+        assert!(!xml.contains("<pair geom1"), "no pair needs its own: {xml}");
+        // Of two coefficients the larger one; a geom alone would have the floor's, which is that of most.
+        let xml = balls([(0.0, 0.8), (0.0, 0.0), (0.0, 0.0)]);
+        assert_eq!(xml.matches("<pair geom1").count(), 3, "the first ball with all others: {xml}");
+        assert_eq!(xml.matches(spring).count(), 4, "its own, and its pairs': {xml}");
+        assert!(!xml.contains("solreffriction"), "{xml}");
+        let xml = balls([(0.3, 0.8), (0.3, 0.8), (0.3, 0.8)]);
+        assert_eq!(
+            xml.matches("solreffriction='0.02 1'").count(),
+            6,
+            "what rubs is damped as elsewhere: {xml}"
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod export;
 mod mjcf;
 mod settings;
+mod surface;
 mod worker;
 
 use super::adapter::{Adapter, NotPlayed};
@@ -12,10 +13,10 @@ use mjcf::{Base, Document};
 use palmares_bench::engine::{Cost, Engine};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::{base, motor};
-use palmares_sim::{Command, Model, State};
+use palmares_sim::{BaseCommand, Command, Model, Push, State};
 use palmares_sim::{ContactForce, StepOutcome};
 use parry3d_f64::glamx::EulerRot;
-pub use settings::{SETTINGS, SPACE, Settings};
+pub use settings::{FOUND, SETTINGS, SPACE, Settings};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -102,6 +103,9 @@ pub(super) struct MuJoCo {
     /// World pose of the base at the joints' zero.
     start: Pose,
     touched: bool,
+    /// Whether the base servo is on, and the forces from outside, as MuJoCo has them.
+    servo_on: bool,
+    pushes: Vec<Push>,
     outcome: StepOutcome,
 }
 
@@ -113,7 +117,9 @@ impl MuJoCo {
         let base = Base::of(&model);
         let start = state.base;
         let outcome = StepOutcome { converged: true, ..StepOutcome::default() };
-        let mujoco = MuJoCo { model, state, worker, document, base, start, touched: true, outcome };
+        let (touched, servo_on, pushes) = (true, true, Vec::new());
+        let mujoco =
+            MuJoCo { model, state, worker, document, base, start, touched, servo_on, pushes, outcome };
         let tendons = mujoco.model.hand().map_or(0, |hand| hand.tendons.len());
         let servo = if base == Base::Servo { 6 } else { 0 };
         let expected = [mujoco.positions().0.len(), mujoco.positions().1.len(), servo + tendons];
@@ -156,6 +162,20 @@ impl MuJoCo {
         [x, y, z]
     }
 
+    /// Passes on what changes of the base servo and of the forces from outside.
+    fn load(&mut self, command: &Command) -> Result<()> {
+        let on = command.base != BaseCommand::Free;
+        if self.base == Base::Servo && on != self.servo_on {
+            self.worker.borrow_mut().servo(on)?;
+            self.servo_on = on;
+        }
+        if command.pushes != self.pushes {
+            self.worker.borrow_mut().forces(&command.pushes)?;
+            self.pushes.clone_from(&command.pushes);
+        }
+        Ok(())
+    }
+
     fn control(&mut self, command: &Command) -> Vec<f64> {
         let config = self.model.config();
         let mut control = Vec::new();
@@ -184,7 +204,8 @@ impl MuJoCo {
             let ahead = tendon.length(&self.state.q) + config.step_s * rate;
             let stretch = tendon.force_limit / tendon.stiffness;
             // A clamp from below makes long steps unstable; joint springs keep a cable taut in all scenes.
-            control.push(wound.min(ahead + stretch));
+            let least = if tendon.both_ways { ahead - stretch } else { f64::NEG_INFINITY };
+            control.push(wound.max(least).min(ahead + stretch));
         }
         control
     }
@@ -259,6 +280,7 @@ impl Engine for MuJoCo {
             self.worker.borrow_mut().push(&q, &v)?;
             self.touched = false;
         }
+        self.load(command)?;
         let control = self.control(command);
         let mut worker = self.worker.borrow_mut();
         let frame = worker.step(&control)?;

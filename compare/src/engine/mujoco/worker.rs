@@ -1,6 +1,7 @@
 //! The Python process that steps MuJoCo.
 
 use anyhow::{Context, Result, bail};
+use palmares_sim::Push;
 use std::io::{BufReader, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
@@ -79,6 +80,21 @@ impl Worker {
 
     pub(super) fn push(&mut self, q: &[f64], v: &[f64]) -> Result<()> {
         self.write(b'P', &[q, v])
+    }
+
+    /// Turns the base servo on or off for the steps that follow.
+    pub(super) fn servo(&mut self, on: bool) -> Result<()> {
+        self.write(b'B', &[&[f64::from(u8::from(on))]])
+    }
+
+    /// The forces on the hand from outside in the steps that follow.
+    pub(super) fn forces(&mut self, pushes: &[Push]) -> Result<()> {
+        let row = |push: &Push| {
+            let [point, force] = [push.point, push.force].map(|vector| vector.to_array());
+            [vec![push.link as f64], point.to_vec(), force.to_vec()].concat()
+        };
+        let rows: Vec<f64> = pushes.iter().flat_map(row).collect();
+        self.write(b'F', &[&[pushes.len() as f64], &rows])
     }
 
     pub(super) fn step(&mut self, control: &[f64]) -> Result<Frame> {

@@ -7,7 +7,7 @@ use palmares_models::hand::{Hand, Hinge, HingeKind};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::{self, shortest_turn};
 use palmares_sim::actuation::motor;
-use palmares_sim::{Command, Model, State};
+use palmares_sim::{BaseCommand, Command, Model, State};
 use rapier3d_f64::dynamics::{
     GenericJointBuilder, JointAxesMask, JointAxis, MassProperties, Multibody, MultibodyDofCoupling,
     MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle,
@@ -133,24 +133,29 @@ impl HandBody {
             let sigma = command.sigma.get(i).copied().unwrap_or(state.motors[i].command);
             motor::advance(motor, &mut state.motors[i], sigma, config.step_s, |change| change);
         }
+        // A force stays until it is taken away.
+        for link in &self.bodies {
+            if let Some(body) = world.bodies.get_mut(*link) {
+                body.reset_forces(true);
+                body.reset_torques(true);
+            }
+        }
         for push in &command.pushes {
             if let Some(body) = world.bodies.get_mut(self.bodies[push.link]) {
                 let at = body.position().transform_point(push.point);
-                body.reset_forces(true);
-                body.reset_torques(true);
                 body.add_force_at_point(push.force, at, true);
             }
         }
         if self.joints.base_dofs > 0 {
-            self.servo(world, model, state);
+            self.servo(world, model, state, command.base == BaseCommand::Free);
         }
         let contact = tendon::contact_impulses(world, self.joint);
         let Some((multibody, _)) = world.multibody_joints.get_mut(self.joint) else { return };
         tendon::pull(&self.joints, &self.hand, multibody, state, config.step_s, &contact);
     }
 
-    /// The base servo as springs and dampers of the root's free joint, implicit like those of ours.
-    fn servo(&self, world: &mut PhysicsWorld, model: &Model, state: &State) {
+    /// The base servo as springs and dampers of the root's free joint, implicit like those of ours; without them it is off.
+    fn servo(&self, world: &mut PhysicsWorld, model: &Model, state: &State, off: bool) {
         let servo = &model.config().base;
         let Some((multibody, _)) = world.multibody_joints.get_mut(self.joint) else { return };
         let pose = *multibody.root().local_to_world();
@@ -170,10 +175,15 @@ impl HandBody {
         ];
         for (first, error, rate, stiffness, damping, limit) in rows {
             for k in 0..3 {
-                let ahead =
-                    (error[k] + damping / stiffness * rate[k]).clamp(-limit / stiffness, limit / stiffness);
                 let joint = &mut multibody.root_mut().joint;
                 let at = joint.coords()[first + k];
+                if off || stiffness == 0.0 {
+                    joint.set_spring(first + k, 0.0, at);
+                    multibody.damping_mut()[first + k] = 0.0;
+                    continue;
+                }
+                let ahead =
+                    (error[k] + damping / stiffness * rate[k]).clamp(-limit / stiffness, limit / stiffness);
                 joint.set_spring(first + k, stiffness, at + ahead);
                 multibody.damping_mut()[first + k] = damping;
             }

@@ -10,6 +10,7 @@ mod scene;
 mod settings;
 mod tendon;
 
+use super::adapter::Adapter;
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use hand::HandBody;
@@ -20,7 +21,7 @@ use palmares_sim::{Command, Model, State};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::pipeline::PhysicsWorld;
 use scene::Surfaces;
-pub use settings::{SETTINGS, SPACE, STIFF120, Settings};
+pub use settings::{FOUND, SETTINGS, SPACE, STIFF120, Settings};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -35,13 +36,14 @@ pub fn notes() -> Vec<String> {
     [
         "rapier3d-f64 0.36.1, enhanced-determinism, one thread",
         "contact recycling and clustering off, no limit of speed",
-        "hand: one multibody on a floating root; the base servo is spring and damper of the root, same gains; a bolted \
-         base is a fixed root",
+        "hand: one multibody on a floating root; the base servo is spring and damper of the root, same gains, and none of both \
+         where it is switched off; a bolted base is a fixed root",
         "rolling joints: two hinges, a coupler of 0.1 g, MultibodyDofCoupling",
         "tendon: implicit cable by the reduced inertia (couplings and last contact impulses included), applied \
          through set_spring",
         "restitution of a pair: the larger one, as ours",
-        "no rolling resistance; a hand with gravity compensation weighs nothing",
+        "not passed on, so that scenes with it are not played: rolling resistance, friction against spin, dry friction of joints",
+        "a hand with gravity compensation weighs nothing",
     ]
     .map(String::from)
     .to_vec()
@@ -132,6 +134,7 @@ impl Engine for Rapier {
     }
 
     fn step(&mut self, command: &Command) -> Result<Cost> {
+        Adapter::RAPIER.obeys(&self.model, command)?;
         if self.touched {
             self.push_state();
         }
