@@ -3,6 +3,7 @@
 pub mod claims;
 pub mod comparison;
 pub mod dominance;
+mod job;
 mod judgement;
 mod outcome_cache;
 mod page;
