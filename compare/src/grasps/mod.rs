@@ -4,6 +4,7 @@ pub mod cell;
 pub mod command;
 mod page;
 mod pairs;
+mod row;
 pub mod run;
 pub mod runner;
 pub(crate) mod table;

@@ -1,7 +1,8 @@
 //! The counts as a page to read.
 
 use super::cell::Cell;
-use super::table::{OutcomeRow, Sum, Table, best};
+use super::row::OutcomeRow;
+use super::table::{Sum, Table, best};
 use super::tally::{Count, wilson};
 use crate::engine::EngineKind;
 use crate::peer_key::Kept;
@@ -113,7 +114,7 @@ fn columns(page: &mut String, table: &Table) {
 
 fn rows_of(page: &mut String, table: &Table, rows: &[&OutcomeRow]) {
     columns(page, table);
-    let sums: Vec<Sum> = rows.iter().map(|row| row.alone()).collect();
+    let sums: Vec<Sum> = rows.iter().map(|row| Sum::of(row)).collect();
     for (row, sum) in rows.iter().zip(&sums) {
         line(page, sum, depth(&row.cells));
     }

@@ -1,6 +1,6 @@
 //! Ours beside the engine before: the same grasps, in pairs.
 
-use super::table::{OutcomeRow, Table};
+use super::row::OutcomeRow;
 use serde::{Deserialize, Serialize};
 
 /// Grasps of two engines of ours.
@@ -46,11 +46,15 @@ fn mcnemar(a: usize, b: usize) -> f64 {
     (2.0 * sum).min(1.0)
 }
 
-/// The pairs of two tables; none where no row of ours has the same grasps at the same steps.
-pub(super) fn of(before: &Table, now: &Table) -> Option<Pairs> {
+/// The pairs of our rows of two tables; none where no two rows have the same grasps at the same steps.
+pub(super) fn of<'a>(
+    [commit, engine]: [&str; 2],
+    before: impl Iterator<Item = &'a OutcomeRow> + Clone,
+    now: impl Iterator<Item = &'a OutcomeRow>,
+) -> Option<Pairs> {
     let mut pairs = Pairs {
-        commit: before.record.commit.clone(),
-        engine: before.record.engine.clone(),
+        commit: commit.to_owned(),
+        engine: engine.to_owned(),
         plays: 0,
         kept_before: 0,
         lost: 0,
@@ -59,10 +63,10 @@ pub(super) fn of(before: &Table, now: &Table) -> Option<Pairs> {
         grasps_lost: 0,
         grasps_gained: 0,
     };
-    for row in now.ours().filter(|row| row.scenes.is_some()) {
+    for row in now.filter(|row| row.scenes.is_some()) {
         let same =
             |it: &&OutcomeRow| (&it.hand, &it.family, &it.scenes) == (&row.hand, &row.family, &row.scenes);
-        if let Some(before) = before.ours().find(same) {
+        if let Some(before) = before.clone().find(same) {
             pairs.add(before, row);
         }
     }
@@ -115,20 +119,22 @@ mod tests {
     #[test]
     fn plays_are_counted_one_by_one_and_grasps_by_most_of_their_steps() {
         let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/report/grasps/grasps.json");
-        let mut now = Table::read(&page).expect("the page's counts");
-        now.rows.truncate(1);
-        now.rows[0].scenes = Some("a".into());
-        now.rows[0].cells.truncate(3);
+        let text = std::fs::read_to_string(page).expect("the page's counts");
+        let mut table: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let mut now: OutcomeRow = serde_json::from_value(table["rows"][0].take()).expect("a row");
+        now.scenes = Some("a".into());
+        now.cells.truncate(3);
         let mut before = now.clone();
-        for (table, endings) in [(&mut before, ["kkl", "kkl", "kkl"]), (&mut now, ["klk", "klk", "kks"])] {
-            for (cell, endings) in table.rows[0].cells.iter_mut().zip(endings) {
+        for (row, endings) in [(&mut before, ["kkl", "kkl", "kkl"]), (&mut now, ["klk", "klk", "kks"])] {
+            for (cell, endings) in row.cells.iter_mut().zip(endings) {
                 cell.endings = endings.to_owned();
             }
         }
-        let pairs = of(&before, &now).expect("the same grasps");
+        let pair = |now: &OutcomeRow| of(["c", "e"], [&before].into_iter(), [now].into_iter());
+        let pairs = pair(&now).expect("the same grasps");
         assert_eq!((pairs.plays, pairs.kept_before, pairs.lost, pairs.gained), (9, 6, 2, 2));
         assert_eq!((pairs.grasps, pairs.grasps_lost, pairs.grasps_gained), (3, 1, 1));
-        now.rows[0].scenes = Some("b".into());
-        assert_eq!(of(&before, &now), None, "other grasps are no pairs");
+        now.scenes = Some("b".into());
+        assert_eq!(pair(&now), None, "other grasps are no pairs");
     }
 }

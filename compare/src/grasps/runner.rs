@@ -413,7 +413,7 @@ mod tests {
             tasks.iter().map(|task| letter(task.play(60.0).expect("ours plays").fate.ending)).collect();
         let tasks: Vec<&Task> = tasks.iter().collect();
         sentinels(&[(tasks.clone(), &played)], 60.0).expect("the same");
-        let other = sentinels(&[(tasks, "nn")], 60.0).expect_err("another ending").to_string();
+        let other = sentinels(&[(tasks, "dd")], 60.0).expect_err("another ending").to_string();
         assert!(other.contains("--peers-anew"), "{other}");
     }
 }

@@ -2,12 +2,11 @@
 
 use super::cell::Cell;
 use super::pairs::{self, Pairs};
-use super::run::Run;
+use super::row::OutcomeRow;
 use super::runner::{Outcomes, Plan};
 use super::tally::{Count, Flips};
 use crate::engine::EngineKind;
 use crate::peer_key::Kept;
-use crate::scene_id;
 use crate::trials::family::{self, Family};
 use anyhow::{Context, Result, ensure};
 use palmares_bench::record::Record;
@@ -45,26 +44,6 @@ pub(crate) struct Table {
     /// Ours beside the engine before, where an earlier table has it with the same grasps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub before: Option<Pairs>,
-}
-
-/// Outcomes of an engine with a family and a hand.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct OutcomeRow {
-    /// The hand.
-    pub hand: String,
-    /// The family.
-    pub family: String,
-    /// The engine.
-    pub engine: String,
-    /// Its settings.
-    pub settings: String,
-    /// At each step.
-    pub cells: Vec<Cell>,
-    /// Changes of the outcome with the step.
-    pub flips: Flips,
-    /// Identity of the scenes and set points of ours.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scenes: Option<String>,
 }
 
 impl Table {
@@ -119,12 +98,15 @@ impl Table {
     pub(super) fn pair_with(&mut self, earlier: &Table) {
         self.before = match earlier.record.engine == self.record.engine {
             true => earlier.before.clone(),
-            false => pairs::of(earlier, self),
+            false => {
+                let Record { commit, engine, .. } = &earlier.record;
+                pairs::of([commit, engine], earlier.ours(), self.ours())
+            }
         };
     }
 
     /// Rows of ours.
-    pub(super) fn ours(&self) -> impl Iterator<Item = &OutcomeRow> {
+    fn ours(&self) -> impl Iterator<Item = &OutcomeRow> + Clone {
         self.rows.iter().filter(|row| row.engine == EngineKind::Own.name())
     }
 }
@@ -141,7 +123,13 @@ pub(crate) struct Sum<'a> {
     pub flips: Flips,
 }
 
-impl Sum<'_> {
+impl<'a> Sum<'a> {
+    /// That of one family alone.
+    pub(super) fn of(row: &'a OutcomeRow) -> Self {
+        let counts = row.cells.iter().map(|cell| cell.count).collect();
+        Sum { engine: &row.engine, settings: &row.settings, counts, flips: row.flips }
+    }
+
     /// Over all steps.
     pub(crate) fn all(&self) -> Count {
         self.counts.iter().fold(Count::default(), |sum, count| sum + *count)
@@ -200,33 +188,6 @@ pub(crate) fn best<'a, 'b>(sums: &'b [Sum<'a>]) -> Vec<&'b Sum<'a>> {
         of_peer.max_by(|a, b| part(a).total_cmp(&part(b)))
     };
     peers.into_iter().filter_map(best).collect()
-}
-
-impl OutcomeRow {
-    /// As the sum of this family alone.
-    pub(super) fn alone(&self) -> Sum<'_> {
-        let counts = self.cells.iter().map(|cell| cell.count).collect();
-        Sum { engine: &self.engine, settings: &self.settings, counts, flips: self.flips }
-    }
-
-    fn of(names: [&str; 4], plan: &Plan, Outcomes { runs, kept }: &Outcomes) -> Self {
-        let of = |run: &&Run| [&*run.hand, &*run.family, &*run.engine, &*run.settings] == names;
-        let runs: Vec<&Run> = runs.iter().filter(of).collect();
-        let kept: Vec<&Cell> = kept.iter().filter(|it| it.of == names).map(|it| &it.cell).collect();
-        let cell = |step_ms: &f64| match kept.iter().find(|cell| cell.step_ms == *step_ms) {
-            Some(cell) => (*cell).clone(),
-            None => Cell::of(*step_ms, runs.iter().filter(|run| run.step_ms == *step_ms).copied().collect()),
-        };
-        let cells: Vec<Cell> = plan.steps_ms.iter().map(cell).collect();
-        let played = cells.iter().map(|cell| &*cell.endings).filter(|endings| !endings.is_empty());
-        let flips = Flips::of_endings(&played.collect::<Vec<_>>());
-        let [hand, family, engine, settings] = names.map(str::to_owned);
-        let by_grasp: BTreeMap<usize, String> =
-            runs.iter().map(|run| (run.index, run.scene.clone())).collect();
-        let scenes: Vec<String> = by_grasp.into_values().collect();
-        let scenes = (engine == EngineKind::Own.name()).then(|| scene_id::of_all(&scenes));
-        OutcomeRow { hand, family, engine, settings, cells, flips, scenes }
-    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ pub mod comparison;
 pub mod dominance;
 mod front_figure;
 mod front_table;
+mod job;
 mod judgement;
 mod outcome_cache;
 mod page;

@@ -3,7 +3,7 @@
 //! [key](crate::peer_key), from that file and from an earlier report, which has their times, too.
 
 use super::comparison::Run;
-use super::passes::Job;
+use super::job::Job;
 use crate::peer_key::Kept;
 use anyhow::Result;
 use palmares_bench::record;

@@ -193,7 +193,11 @@ fn range(of: Option<[f64; 2]>, unit: &str) -> String {
 
 /// A difference with its unit. Beyond a metre the number has no meaning: there are two outcomes.
 fn difference(value: f64, unit: &str) -> String {
-    if unit == "mm" && value > OTHERWISE_MM { "ends otherwise".to_owned() } else { format!("{value:.2e} {unit}") }
+    if unit == "mm" && value > OTHERWISE_MM {
+        "ends otherwise".to_owned()
+    } else {
+        format!("{value:.2e} {unit}")
+    }
 }
 
 fn stable(page: &mut String, report: &Comparison) {

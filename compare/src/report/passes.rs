@@ -1,13 +1,14 @@
 //! The passes of a report: outcomes, starts and times.
 
 use super::comparison::{Run, Starts};
+use super::job::Job;
 use super::outcome_cache::OutcomeCache;
 use crate::child::{Failure, Task};
 use crate::engine::{EngineKind, mujoco};
 use crate::played::Played;
 use anyhow::Result;
 use palmares_bench::case_report::Times;
-use palmares_bench::cases::{Case, Setup};
+use palmares_bench::cases::Setup;
 use palmares_bench::engine::limit;
 use palmares_bench::recorder::Recorder;
 use parking_lot::Mutex;
@@ -35,18 +36,6 @@ pub(super) const ENOUGH_S: f64 = 4.0;
 
 /// Number of runs at once while the engines take turns with their timings: MuJoCo has a process for each.
 pub(super) const TURNS: usize = 4;
-
-/// Runs one case on one engine with all steps; several jobs run at once, since nothing is timed.
-pub(super) struct Job {
-    pub case: &'static Case,
-    pub kind: EngineKind,
-    /// [Identity](crate::scene_id) of the case.
-    pub scene: String,
-    /// [Key](crate::peer_key) of a peer's run at each step; empty for ours.
-    pub keys: Vec<String>,
-    /// Simulated time of a run, s.
-    pub simulated_s: f64,
-}
 
 /// Options of the runs.
 #[derive(Clone, Copy)]
@@ -130,11 +119,7 @@ pub(super) fn outcomes(
 }
 
 /// One run for its outcome, with a reference run where it needs one.
-pub(super) fn outcome(
-    Job { case, kind, scene, keys, .. }: &Job,
-    step: usize,
-    conduct: Conduct,
-) -> Result<Run> {
+fn outcome(Job { case, kind, scene, keys, .. }: &Job, step: usize, conduct: Conduct) -> Result<Run> {
     let (kind, dt_ms) = (*kind, conduct.steps_ms[step]);
     let reference_dt_s = Some(reference_s(kind, conduct.quick));
     let task = Task::Case { name: case.name.to_owned(), reference_dt_s, start: 0 };

@@ -2,9 +2,10 @@
 
 use super::comparison::{Choice, Clock, Comparison, EngineNote, FORMAT, Run};
 use super::dominance::peer_results;
+use super::job::Job;
 use super::judgement::judge;
 use super::outcome_cache::{OutcomeCache, Peers};
-use super::passes::{self, Conduct, Job, Progress, reference_s};
+use super::passes::{self, Conduct, Progress, reference_s};
 use super::{page, plots, sentinels, ticks};
 use crate::engine::{EngineKind, mujoco, rapier};
 use crate::peer_key::PeerRun;
@@ -103,7 +104,7 @@ pub fn gather(options: &ComparisonOptions) -> Result<()> {
 }
 
 impl ComparisonOptions {
-    pub(super) fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
+    fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
         let ComparisonOptions { repeats, jobs, quick, run_limit_s, .. } = *self;
         Conduct { steps_ms, repeats, jobs, quick, run_limit_s }
     }
@@ -133,14 +134,14 @@ impl ComparisonOptions {
 }
 
 /// The plan of a report.
-pub(super) struct Planned {
+struct Planned {
     engines: Vec<EngineNote>,
-    pub(super) jobs: Vec<Job>,
+    jobs: Vec<Job>,
     steps: Vec<f64>,
     left_out: Vec<String>,
 }
 
-pub(super) fn plan(options: &ComparisonOptions) -> Result<Planned> {
+fn plan(options: &ComparisonOptions) -> Result<Planned> {
     ensure!(options.repeats > 0, "at least one timing run is needed");
     ensure!(
         options.run_limit_s > 0.0 && options.run_limit_s <= LONGEST_LIMIT_S,

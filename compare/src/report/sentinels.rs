@@ -3,7 +3,8 @@
 //! day of the kept runs.
 
 use super::comparison::{Run, Sentinels};
-use super::passes::{Conduct, Job, TURNS, turns};
+use super::job::Job;
+use super::passes::{Conduct, TURNS, turns};
 use crate::child::Task;
 use crate::played::Played;
 use anyhow::{Result, bail, ensure};
@@ -115,7 +116,7 @@ fn spread(ranks: Vec<Vec<Place>>, count: usize) -> Vec<Place> {
 }
 
 /// Whether the outcome of a run without its reference run has numbers of which an equal value says something.
-pub(super) fn has_bits(run: &Run) -> bool {
+fn has_bits(run: &Run) -> bool {
     let figure = run.error.as_ref().filter(|figure| !figure.from_own_fine_run);
     let is_some = |value: Option<f64>| value.is_some_and(|value| value != 0.0);
     is_some(figure.and_then(|figure| figure.value)) || is_some(run.invariants.max_penetration_mm)
@@ -125,7 +126,7 @@ pub(super) fn has_bits(run: &Run) -> bool {
 ///
 /// # Errors
 /// It does not end, or its outcome is another one.
-pub(super) fn same_outcome(Job { case, kind, .. }: &Job, run: &Run, run_limit_s: f64) -> Result<()> {
+fn same_outcome(Job { case, kind, .. }: &Job, run: &Run, run_limit_s: f64) -> Result<()> {
     let task = Task::Case { name: case.name.to_owned(), reference_dt_s: None, start: 0 };
     let now = task.play::<Played>(*kind, 1e-3 * run.dt_ms, run_limit_s)?.map_err(|failure| failure.said);
     let figure = |figure: Option<&Figure>| {
