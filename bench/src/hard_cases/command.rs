@@ -63,7 +63,9 @@ impl HardCasesOptions {
         for hard in cases {
             let scene = scene(hard.case).with_context(|| format!("no gate bounds a case `{}`", hard.case))?;
             let mut steps_s = steps(self.steps);
-            steps_s.retain(|dt_s| *dt_s >= hard.shortest_s);
+            // A step may be off by rounding.
+            let (low, high) = (hard.steps_s.0 * (1.0 - 1e-9), hard.steps_s.1 * (1.0 + 1e-9));
+            steps_s.retain(|dt_s| (low..=high).contains(dt_s));
             jobs.extend((0..hard.starts.count()).map(|start| Job { scene, start, steps_s: steps_s.clone() }));
         }
         let finished = Finished::open(&self.runs, &machine::commit())?;

@@ -1,5 +1,7 @@
 //! The hard cases.
 
+use crate::sweep::RANGE_S;
+
 /// A hard case.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HardCase {
@@ -15,8 +17,8 @@ pub(super) struct HardCase {
     pub(super) gate: &'static str,
     /// Its starts.
     pub(super) starts: Starts,
-    /// Shorter steps are left out, because they are long, s.
-    pub(super) shortest_s: f64,
+    /// Shorter and longer steps are left out, because they take minutes, s.
+    pub(super) steps_s: (f64, f64),
 }
 
 /// The starts of a case.
@@ -62,7 +64,7 @@ const fn hard(
     hard: &'static str,
     (unit, gate): (&'static str, &'static str),
 ) -> HardCase {
-    HardCase { kind, case, hard, unit, gate, starts: Starts::Many, shortest_s: 0.0 }
+    HardCase { kind, case, hard, unit, gate, starts: Starts::Many, steps_s: RANGE_S }
 }
 
 impl HardCase {
@@ -70,8 +72,8 @@ impl HardCase {
         HardCase { starts, ..self }
     }
 
-    const fn from(self, shortest_s: f64) -> Self {
-        HardCase { shortest_s, ..self }
+    const fn only(self, shortest_s: f64, longest_s: f64) -> Self {
+        HardCase { steps_s: (shortest_s, longest_s), ..self }
     }
 }
 
@@ -154,7 +156,7 @@ pub(super) const CASES: &[HardCase] = &[
     ),
     hard("500 poured", "poured_500", "500 balls, boxes, cylinders and hulls fall into a box", ("mm", "pour"))
         .starts(Starts::Long)
-        .from(2e-3),
+        .only(2e-3, 4e-3),
     hard(
         "friction 0 and 3",
         "friction_ends",

@@ -4,7 +4,7 @@ use super::list::HardCase;
 use super::peers::{Best, Peers};
 use crate::sweep::page::{ms, part};
 use crate::sweep::reasons::reason;
-use crate::sweep::{Point, Row, bound};
+use crate::sweep::{Point, RANGE_S, Row, bound};
 use std::fmt::Write;
 
 /// A hard case from all its starts.
@@ -111,8 +111,11 @@ pub(super) fn page(record: &str, steps_s: &[f64], rows: &[HardRow], peers: &Peer
 fn long(rows: &[HardRow]) -> String {
     let left_out: Vec<String> = rows
         .iter()
-        .filter(|row| row.hard.shortest_s > 0.0)
-        .map(|row| format!("`{}` is played from {} ms on.", row.hard.case, 1e3 * row.hard.shortest_s))
+        .filter(|row| row.hard.steps_s != RANGE_S)
+        .map(|row| {
+            let (low, high) = row.hard.steps_s;
+            format!("`{}` is played from {} to {} ms.", row.hard.case, 1e3 * low, 1e3 * high)
+        })
         .collect();
     if left_out.is_empty() { "no step is left out.".to_owned() } else { left_out.join(" ") }
 }
