@@ -89,7 +89,7 @@ fn search(part: &DeclaredPart, tools: &Tools) -> Result<()> {
         return played(&mut search);
     }
     let jobs = thread::available_parallelism().map_or(1, usize::from).to_string();
-    search.args(["--jobs", &jobs]);
+    search.args(["--jobs", &jobs, "--minutes", "5"]);
     played(&mut search)?;
     claims(tools)
 }
