@@ -145,8 +145,10 @@ fn no_set_of_a_search_serves_a_peer_better_than_its_named_settings() {
         assert!(found.whole().count() > 0, "{engine} in {scene}: no set played all plays");
         super::kept::sets_of(found).expect("its counts are those of its plays");
     }
-    for engine in EngineKind::NAMES.iter().filter(|name| **name != "own") {
-        let most = search.found.iter().filter(|found| found.engine == **engine).map(table::Found::most).max();
+    let engines: BTreeSet<&str> = search.found.iter().map(|found| found.engine.as_str()).collect();
+    assert!(!engines.is_empty(), "nothing was searched");
+    for engine in engines {
+        let most = search.found.iter().filter(|found| found.engine == engine).map(table::Found::most).max();
         assert!(most > Some(0), "{engine}: a search that solves nothing compares nothing");
     }
 }

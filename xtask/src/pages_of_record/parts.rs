@@ -95,7 +95,7 @@ fn search(part: &DeclaredPart, tools: &Tools) -> Result<()> {
         search.args(["--expansions", "0", "--run-limit-s", "10"]);
         return played(&mut search);
     }
-    search.args(["--jobs", &jobs()]);
+    search.args(["--jobs", &jobs(), "--minutes", "5"]);
     played(&mut search)?;
     claims(tools)
 }
