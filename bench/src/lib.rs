@@ -10,6 +10,7 @@
 //! | `bench/src/engine/` | the interface to an engine, and our engine |
 //! | `bench/src/robust/` | random scenes, and one scene in many placements |
 //! | `bench/src/sweep/` | a case at many steps beside its bound |
+//! | `bench/src/study/` | what a scene needs: its parts, its laws, and what is worse without each |
 //! | `bench/src/run_log.rs` | finished runs in a file |
 //! | `bench/src/record/` | of which engine, models, machine and day a measured page is |
 
@@ -34,4 +35,5 @@ mod rolling_disc;
 pub mod run_log;
 #[cfg(test)]
 mod steady;
+pub mod study;
 pub mod sweep;

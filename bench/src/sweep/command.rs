@@ -4,6 +4,7 @@ use super::finished::Finished;
 use super::played::{Point, Row, outliers, play, scene, steps, worst};
 use super::scenes::{SCENES, Scene};
 use super::{map, page};
+use crate::cases::Setup;
 use crate::machine;
 use crate::record::Record;
 use anyhow::{Context, Result, ensure};
@@ -99,7 +100,7 @@ impl SweepOptions {
                 points.push(known);
                 continue;
             }
-            let point = play(scene, dt_s, self.start)?;
+            let point = play(scene, &Setup { start: self.start, ..Setup::own(dt_s) })?;
             finished.add(scene, self.start, &point)?;
             points.push(point);
         }

@@ -14,13 +14,14 @@ use std::thread;
 type Make = fn(&DeclaredPart, &Tools) -> Result<()>;
 
 /// The parts by name.
-pub(super) const COMMANDS: [(&str, Make); 14] = [
+pub(super) const COMMANDS: [(&str, Make); 15] = [
     ("report", report),
     ("further", report),
     ("hand_scenes", report),
     ("search", search),
     ("grasps", grasps),
     ("sweep", sweep),
+    ("model", model),
     ("validation", validation),
     ("cameras", cameras),
     ("throughput", throughput),
@@ -131,6 +132,16 @@ fn sweep(part: &DeclaredPart, tools: &Tools) -> Result<()> {
         sweep.arg("--runs").arg(tools.folder.join("quick-sweep.jsonl"));
     }
     played(&mut sweep)
+}
+
+fn model(part: &DeclaredPart, tools: &Tools) -> Result<()> {
+    let mut model = tools.bench();
+    model.arg("model").arg("--write").arg(page(part, tools)?);
+    if tools.quick {
+        model.args(["free_flight", "slide_stop"]);
+        model.arg("--runs").arg(tools.folder.join("quick-model.jsonl"));
+    }
+    played(&mut model)
 }
 
 fn validation(part: &DeclaredPart, tools: &Tools) -> Result<()> {
