@@ -144,7 +144,11 @@ impl Needs {
         );
         out += "\nLaws that act, % of the steps\n";
         for law in &self.laws {
-            let _ = writeln!(out, "  {:<24}{:>6.1}", law.name, 100.0 * law.part_of_steps);
+            let percent = match 100.0 * law.part_of_steps {
+                rare if rare < 0.1 => "< 0.1".to_owned(),
+                usual => format!("{usual:.1}"),
+            };
+            let _ = writeln!(out, "  {:<24}{percent:>6}", law.name);
         }
         out
     }
