@@ -11,6 +11,7 @@
 //! | `bench/src/robust/` | random scenes, and one scene in many placements |
 //! | `bench/src/sweep/` | a case at many steps beside its bound |
 //! | `bench/src/hard_cases/` | hard cases at ten steps from many starts, beside other engines |
+//! | `bench/src/study/` | what a scene needs: its parts, its laws, and what is worse without each |
 //! | `bench/src/run_log.rs` | finished runs in a file |
 //! | `bench/src/record/` | of which engine, models, machine and day a measured page is |
 
@@ -36,4 +37,5 @@ mod rolling_disc;
 pub mod run_log;
 #[cfg(test)]
 mod steady;
+pub mod study;
 pub mod sweep;

@@ -10,6 +10,7 @@ use palmares_bench::hard_cases::HardCasesOptions;
 use palmares_bench::record::{Record, list};
 use palmares_bench::rigs;
 use palmares_bench::robust::{self, heaps, placements};
+use palmares_bench::study::StudyOptions;
 use palmares_bench::sweep::SweepOptions;
 use palmares_models::builtin::builtin_hands;
 use palmares_tasks::identity;
@@ -48,6 +49,8 @@ enum Command {
     Sweep(SweepOptions),
     /// Play the hard cases at ten steps from up to eight starts, and print how far they are from their bounds.
     HardCases(HardCasesOptions),
+    /// Show the parts, laws and times of known scenes, and what is worse without each law: 6 minutes on two cores.
+    Model(StudyOptions),
     /// Run one case and print its report.
     Case(CaseOptions),
 }
@@ -113,6 +116,7 @@ fn main() -> Result<()> {
         Command::Robust(options) => robust(&options),
         Command::Sweep(options) => options.run(),
         Command::HardCases(options) => options.run(),
+        Command::Model(options) => options.run(),
         Command::Case(options) => options.run(&OwnFactory),
     }
 }

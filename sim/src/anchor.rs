@@ -177,6 +177,11 @@ impl Anchor {
         struck_s: 0.0,
     };
 
+    /// Lets the springs of stiction go.
+    pub(crate) fn let_go(&mut self) {
+        (self.stretch, self.twist) = (Vec3::ZERO, 0.0);
+    }
+
     /// Bearing after a step of `h` with this normal force.
     pub(crate) fn bearing_after(&self, normal_force: f64, h: f64) -> f64 {
         self.bearing + (normal_force - self.bearing) * (h / (h + BEARING_S))

@@ -11,6 +11,7 @@
 //! | `sim/src/surface/` | faces of shapes, seams between parts, torsional friction of round and soft contacts (`spin.rs`) |
 //! | `sim/src/contact/` | `collide.rs`: touching shapes; `manifold/`: contact points; `advancement.rs`: fast objects; `restitution.rs`: rebounds |
 //! | `sim/src/anchor.rs` | friction at rest |
+//! | `sim/src/law.rs`, `tally.rs` | laws that a study can leave out; parts of a scene, and laws that act in it |
 //! | `sim/src/solver/` | the convex problem of a step: friction cone, tendons and limits, Newton's method, Cholesky |
 //! | `sim/src/dynamics/` | kinematics, mass matrix and bias of the hand |
 //! | `sim/src/actuation/` | base, motors, tendons and their clutches; `elastic.rs`: springs across joints, pins of closed chains; `friction.rs`: dry friction of cables and joints |
@@ -26,6 +27,7 @@ pub mod config;
 pub mod contact;
 mod digest;
 pub mod dynamics;
+mod law;
 pub mod model;
 mod outcome;
 pub mod placing;
@@ -35,6 +37,7 @@ pub mod state;
 pub mod statics;
 mod step;
 pub mod surface;
+mod tally;
 pub mod world;
 
 #[cfg(test)]
@@ -43,9 +46,11 @@ mod tests;
 pub use bounds::Fault;
 pub use command::{BaseCommand, Command, Push};
 pub use config::Config;
+pub use law::{Law, Laws};
 pub use model::{Model, Owner};
 pub use outcome::{ContactForce, PhaseTimer, StepOutcome, StepPhase};
 pub use snapshot::Snapshot;
 pub use state::State;
 pub use step::SharedScratch;
+pub use tally::{Parts, Tally};
 pub use world::World;

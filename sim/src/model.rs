@@ -1,6 +1,7 @@
 //! Constant parts of a world: the hand, the objects, the furniture and the constants.
 
 use crate::config::Config;
+use crate::law::{Law, Laws};
 use crate::surface::seams::Seams;
 use crate::surface::solid::Solid;
 use crate::surface::spin::SpinSurface;
@@ -156,6 +157,8 @@ pub struct Model {
     rebounds: bool,
     /// Comparisons made for the seams of the colliders so far.
     seam_work: u64,
+    /// Laws that a study leaves out.
+    left_out: Laws,
 }
 
 impl Model {
@@ -177,6 +180,7 @@ impl Model {
             thinnest_m: f64::INFINITY,
             rebounds: false,
             seam_work: 0,
+            left_out: Laws::default(),
         };
         if let Some(hand) = &hand {
             for (i, link) in hand.links.iter().enumerate() {
@@ -218,7 +222,31 @@ impl Model {
         model.thinnest_m = self.thinnest_m;
         model.rebounds |= self.rebounds;
         model.objects.clone_from(&self.objects);
+        self.left_out.iter().for_each(|law| model.leave_out(law));
         Ok(model)
+    }
+
+    /// Leaves a law out of all steps of this complete scene, to find what the law buys. It is no part of the constants, their hash,
+    /// or any format: a run of a task has all laws.
+    pub fn leave_out(&mut self, law: Law) {
+        self.left_out.insert(law);
+        match law {
+            Law::SpinFriction => {
+                for SpinSurface { lever, layer, bulk, .. } in self.colliders.iter_mut().map(|it| &mut it.spin)
+                {
+                    (*lever, *layer, *bulk) = (0.0, 0.0, 0.0);
+                }
+            }
+            Law::SelfContact => self.self_pairs.clear(),
+            Law::Sleep => self.config.sleeping = false,
+            _ => {}
+        }
+    }
+
+    /// Whether steps have this law.
+    #[inline]
+    pub(crate) fn has(&self, law: Law) -> bool {
+        !self.left_out.contains(law)
     }
 
     /// Whether anything can rebound.

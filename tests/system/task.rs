@@ -147,6 +147,19 @@ fn a_task_is_checked_shown_and_played() {
     let report: Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!((code, &report["verdict"], &report["scenes"]), (0, &json!("usable"), &json!(10)), "{out}");
     let hash = report["hash"].as_str().expect("a hash").to_owned();
+    assert_eq!(report["model"], Value::Null, "{out}");
+    let needs = ["task", "check", text(own.path()), "--scenes", "1", "--hand", "pinch", "--model", "--json"];
+    let (code, out) = palmares(&needs);
+    let model = serde_json::from_str::<Value>(&out).expect("JSON")["model"].take();
+    assert_eq!((code, &model["hand"], &model["motors"]), (0, &json!("pinch"), &json!(2)), "{out}");
+    // The hand with its joints, the cube and the post.
+    assert_eq!((&model["joints"], &model["coordinates"]), (&json!(4), &json!(6 + 4 + 2 * 6)), "{out}");
+    let laws = model["laws"].as_array().expect("laws");
+    assert!(laws.iter().any(|law| law["name"] == "anchors"), "{out}");
+    assert!(
+        laws.iter().all(|law| law["part_of_steps"].as_f64().is_some_and(|it| it > 0.0 && it <= 1.0)),
+        "{out}"
+    );
 
     let wrong = folder(&TASK.replace("mass = 0.2", "mass = -0.2"));
     let (code, out) = palmares(&["task", "check", text(wrong.path())]);
@@ -194,16 +207,24 @@ fn the_guide_shows_a_task_that_is_usable() {
     let block =
         guide.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a task.toml");
     let own = folder(block);
-    let (code, out) = palmares(&["task", "check", text(own.path()), "--scenes", "2"]);
-    assert_eq!(code, 0, "{out}");
-    let shown =
-        guide.split("$ palmares task check my-task/\n").nth(1).and_then(|rest| rest.split("```").next());
-    let lines =
-        shown.expect("the guide shows a check").lines().filter(|line| !line.is_empty() && *line != "...");
-    for line in lines
-        .filter(|line| !line.contains("my-task/") && !line.starts_with("hash ") && !line.contains("scenes"))
-    {
-        assert!(out.lines().any(|printed| printed == line), "not printed: {line}\nbut:\n{out}");
+    let needs = ["--hand", "softhand", "--model"];
+    for (command, more) in [
+        ("$ palmares task check my-task/\n", &[][..]),
+        ("$ palmares task check my-task/ --hand softhand --model\n", &needs),
+    ] {
+        let check = ["task", "check", text(own.path()), "--scenes", "2"];
+        let (code, out) = palmares(&[&check[..], more].concat());
+        assert_eq!(code, 0, "{out}");
+        let shown = guide.split(command).nth(1).and_then(|rest| rest.split("```").next());
+        let lines =
+            shown.expect("the guide shows a check").lines().filter(|line| !line.is_empty() && *line != "...");
+        // Times are those of a machine.
+        let differs = ["my-task/", "scenes", "µs a step"];
+        for line in
+            lines.filter(|line| !line.starts_with("hash ") && !differs.iter().any(|it| line.contains(it)))
+        {
+            assert!(out.lines().any(|printed| printed == line), "not printed: {line}\nbut:\n{out}");
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::finished::Finished;
 use super::played::{Point, Row, play};
 use super::scenes::Scene;
+use crate::cases::Setup;
 use anyhow::Result;
 use parking_lot::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -73,7 +74,7 @@ fn points(job: &Job, finished: &Finished) -> Result<Vec<Point>> {
             points.push(known);
             continue;
         }
-        let point = play(job.scene, dt_s, job.start)?;
+        let point = play(job.scene, &Setup { start: job.start, ..Setup::own(dt_s) })?;
         finished.add(job.scene, job.start, &point)?;
         points.push(point);
     }

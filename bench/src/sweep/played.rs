@@ -93,13 +93,13 @@ pub fn bound(case: &str, dt_s: f64) -> Option<f64> {
     Some(a * libm::pow(b / a, part))
 }
 
-/// Plays a case at a step.
+/// Plays a case under a setup.
 ///
 /// # Errors
 /// No gate bounds the case.
-pub fn play(scene: &Scene, dt_s: f64, start: u32) -> Result<Point> {
-    let setup = Setup { start, ..Setup::own(dt_s) };
-    let report = match run(scene.name, &setup) {
+pub fn play(scene: &Scene, setup: &Setup) -> Result<Point> {
+    let dt_s = setup.dt_s;
+    let report = match run(scene.name, setup) {
         Ok((report, _)) => report,
         Err(error) => {
             eprintln!("{} at {:.4} ms fails: {error:#}", scene.name, 1e3 * dt_s);
@@ -193,7 +193,7 @@ pub(super) mod tests {
         }
         let dead = scene("dead_impact").expect("it is one");
         for dt_s in [1e-3, 8e-3] {
-            let point = play(dead, dt_s, 0).expect("it is played");
+            let point = play(dead, &Setup::own(dt_s)).expect("it is played");
             assert!(point.of_bound() <= 1.0, "{point:?}");
         }
     }

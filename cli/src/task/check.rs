@@ -2,6 +2,7 @@
 
 use super::describe::{bodies, describe};
 use super::load::{load_hand, load_task, scene_error};
+use super::model::Needs;
 use clap::Args;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::error::LoadWarning;
@@ -30,6 +31,9 @@ pub(crate) struct CheckArgs {
     /// A hand that will play it, by name or path [default: the built-in hands]
     #[arg(long = "hand", value_name = "HAND")]
     hands: Vec<String>,
+    /// Sweep the first hand that fits through the scene, and print its parts, the work of a step, and the laws that act
+    #[arg(long)]
+    model: bool,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -54,6 +58,9 @@ struct Report {
     scenes: u64,
     /// Hands that touch nothing where they start.
     hands: Vec<String>,
+    /// With `--model`: what the scene needs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<Needs>,
 }
 
 /// Checks the task and prints a report.
@@ -73,6 +80,9 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
             build_scenes(&task, &warnings, args.scenes, &mut report, &mut text);
             if report.errors.is_empty() {
                 play(&task, &hands, &mut report);
+            }
+            if args.model && report.errors.is_empty() {
+                sweep(&task, &hands, &mut report);
             }
         }
     }
@@ -144,12 +154,22 @@ fn play(task: &Arc<Task>, hands: &[Arc<Hand>], report: &mut Report) {
     }
 }
 
+/// Sweeps the first hand that fits through the scene.
+fn sweep(task: &Arc<Task>, hands: &[Arc<Hand>], report: &mut Report) {
+    let Some(hand) = hands.iter().find(|hand| report.hands.contains(&hand.name)) else { return };
+    match Needs::of(task, hand) {
+        Ok(needs) => report.model = Some(needs),
+        Err(error) => report.errors.push(format!("{error:#}")),
+    }
+}
+
 fn verdict(name: &str, report: &Report) -> String {
     let mut out = String::new();
     if report.errors.is_empty() {
         let _ =
             writeln!(out, "\n{} scenes built; hands that fit: {}", report.scenes, report.hands.join(", "));
     }
+    out += &report.model.as_ref().map_or(String::new(), Needs::text);
     if !report.warnings.is_empty() {
         let _ = writeln!(out, "\nWarnings: {}", report.warnings.len());
         report.warnings.iter().for_each(|warning| out += &format!("  {warning}\n"));

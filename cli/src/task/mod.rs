@@ -4,6 +4,7 @@ mod check;
 mod copy;
 mod describe;
 mod load;
+mod model;
 mod play;
 mod show;
 
@@ -18,6 +19,9 @@ Examples:
   palmares task check my-task/            a folder with task.toml, and the
                                           meshes and URDFs that it names
   palmares task check my-task/task.toml --scenes 100 --hand my-hand/
+  palmares task check my-task/ --hand softhand --model
+                                          its parts, the time of a step, and the
+                                          laws of the physics that act in it
   palmares task check balls --json        a built-in task; output for programs";
 
 const SHOW_HELP: &str = "\

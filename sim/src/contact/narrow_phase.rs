@@ -22,7 +22,8 @@ use crate::anchor::{Anchor, Pair};
 use crate::bounds::{DISTANCE_WORK, POINT_WORK};
 use crate::config::Config;
 use crate::dynamics::spatial::SpatialVelocity;
-use crate::model::{Collider, Owner, pair_friction};
+use crate::law::Law;
+use crate::model::{Collider, Model, Owner, pair_friction};
 use crate::surface::spin::SpinLaw;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
@@ -307,7 +308,6 @@ impl Contacts {
         reach: &Reach,
         near: Option<usize>,
     ) -> u64 {
-        let config = bodies.model.config();
         let (i, j) = (pair.key.0 as usize, pair.key.1 as usize);
         let origin = match (a.owner, b.owner) {
             (_, Owner::Object(k)) | (Owner::Object(k), _) => bodies.objects[k].translation,
@@ -318,7 +318,7 @@ impl Contacts {
         let (bounded, radius) = bounded((j, b), (i, a));
         let way = (poses[bounded].translation - origin).length() + radius + reach.margin;
         let fastest = relative.linear.length() + relative.angular.length() * way;
-        self.collect(pair, [&poses[i], &poses[j]], origin, relative, (reach, fastest, config), near);
+        self.collect(pair, [&poses[i], &poses[j]], origin, relative, (reach, fastest, bodies.model), near);
         if self.points.len() > first {
             let friction = pair_friction(a, b);
             self.pairs.push(ContactPair {
@@ -330,7 +330,11 @@ impl Contacts {
                 spin: SpinLaw::between(&a.spin, &b.spin, friction),
                 restitution: a.restitution.max(b.restitution),
                 initial_overlap: pair.initial_overlap,
-                beside: poses[i].rotation * pair.beside,
+                beside: if bodies.model.has(Law::Anchors) {
+                    poses[i].rotation * pair.beside
+                } else {
+                    Vec3::ZERO
+                },
                 points: first..self.points.len(),
                 pair: place,
             });
@@ -346,9 +350,10 @@ impl Contacts {
         [pose_a, pose_b]: [&Pose; 2],
         origin: Vec3,
         relative: SpatialVelocity,
-        (reach, fastest, config): (&Reach, f64, &Config),
+        (reach, fastest, model): (&Reach, f64, &Model),
         left: Option<usize>,
     ) {
+        let config = model.config();
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
             pair.mean = Anchor::default();
         }
@@ -405,7 +410,12 @@ impl Contacts {
                 rebound: None,
             });
         }
-        spread_friction(&mut self.points[first..], pair.lever, config.step_s);
+        if model.has(Law::Patches) {
+            spread_friction(&mut self.points[first..], pair.lever, config.step_s);
+        }
+        if !model.has(Law::Anchors) {
+            self.points[first..].iter_mut().for_each(|point| point.anchor.let_go());
+        }
         for point in &mut self.points[first..] {
             // A point without load has no slip of its own yet: it slips as fast as the surfaces move.
             if !point.anchor.loaded {

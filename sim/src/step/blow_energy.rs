@@ -15,6 +15,7 @@ use super::solve::solve;
 use super::work::Work;
 use crate::contact::narrow_phase::ContactPair;
 use crate::dynamics::spatial::SpatialVelocity;
+use crate::law::Law;
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -34,7 +35,7 @@ pub(super) fn limit(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
 ) {
-    if !model.rebounds() {
+    if !model.rebounds() || !model.has(Law::BlowEnergy) {
         return;
     }
     let mut blend = std::mem::take(&mut work.blend);
@@ -43,6 +44,7 @@ pub(super) fn limit(
     if time_rebounds(work, island, problem, &mut blend.times) {
         let [done, exchanged] = work_of((model, state), work, island, problem, &blend.times, v, None);
         if done > ROUNDING * exchanged {
+            work.acted.insert(Law::BlowEnergy);
             take_plastic(model, state, work, island, (problem, newton), v, &mut blend);
         }
     }

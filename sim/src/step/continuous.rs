@@ -13,6 +13,7 @@ use crate::bounds::step_work;
 use crate::contact::advancement::{Moving, Sweep, free_part, stays_separated};
 use crate::contact::broad_phase::separation;
 use crate::contact::collide::Collision;
+use crate::law::Law;
 use crate::model::{Collider, Model, Owner};
 use crate::state::State;
 use palmares_models::{Pose, Vec3};
@@ -49,7 +50,7 @@ impl Continuous {
     }
 }
 
-/// Stops the objects that would pass through others, once all islands have moved. Adds its computing to
+/// Stops the objects that would pass through others, once all islands have moved; true if there are any. Adds its computing to
 /// `spent`.
 pub(super) fn stop_short(
     model: &Model,
@@ -57,17 +58,20 @@ pub(super) fn stop_short(
     continuous: &mut Continuous,
     collision: &Collision,
     spent: &mut u64,
-) {
+) -> bool {
+    if !model.has(Law::ContinuousMotion) {
+        return false;
+    }
     let Continuous { starts, ways, .. } = continuous;
     ways.clear();
     ways.extend(starts.iter().enumerate().map(|(k, start)| longest_way(model, state, start, k)));
     let farthest = ways.iter().copied().fold(0.0, f64::max);
     if 2.0 * farthest <= SLOW * MAX_OVERLAP * model.thinnest_m() || farthest.is_nan() {
-        return;
+        return false;
     }
     list_due(model, state, continuous, collision, spent);
     if continuous.due.is_empty() {
-        return;
+        return false;
     }
     let h = model.config().step_s;
     let Continuous { starts, sweeps, stopped, .. } = &mut *continuous;
@@ -104,6 +108,7 @@ pub(super) fn stop_short(
         angular.copy_from_slice(&(back * Vec3::from_slice(angular)).to_array());
         state.objects[k] = stop;
     }
+    continuous.stopped.contains(&true)
 }
 
 /// Largest distance that a point of an object moved in the step, m.

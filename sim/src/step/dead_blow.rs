@@ -13,6 +13,7 @@
 
 use crate::config::Config;
 use crate::contact::narrow_phase::{ContactPoint, Contacts};
+use crate::law::Law;
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
@@ -50,7 +51,7 @@ fn lighter(model: &Model, bodies: [Owner; 2]) -> f64 {
 /// Starts the blow of two bodies' point, if they approach it fast; true if they do.
 pub(super) fn strike(model: &Model, bodies: [Owner; 2], point: &mut ContactPoint) -> bool {
     let config = model.config();
-    let due = point.approach < -config.rebound_speed;
+    let due = point.approach < -config.rebound_speed && model.has(Law::DeadBlows);
     if due {
         let struck_s = dissipation_s(config, lighter(model, bodies));
         point.anchor.struck_s = point.anchor.struck_s.max(struck_s);

@@ -20,6 +20,7 @@ use super::{blow_energy, contact_memory, friction_passes, impacts};
 use super::{integrate, joining, known_blows, momentum, passing, second_order, slip_passes};
 use crate::actuation::slowed;
 use crate::bounds::step_work;
+use crate::law::Law;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -64,7 +65,7 @@ pub(super) fn step(
     if island.hand {
         move_hand(model, state, work, island, (problem, newton), v);
     }
-    integrate::move_objects(
+    let in_second_order = integrate::move_objects(
         model,
         state,
         island,
@@ -73,6 +74,7 @@ pub(super) fn step(
         (&work.collision.contacts, &work.loads),
         &mut work.impacts,
     );
+    work.acted.insert_if(Law::ObjectOrder, in_second_order);
 }
 
 /// Solves the step with its rebounds.
@@ -114,9 +116,10 @@ fn move_hand(
 ) {
     let h = model.config().step_s;
     work.forces.read_hand(problem, newton, v, h, (&mut state.tension, &mut state.friction));
-    let Work { dynamics, drive, collision, outcome, second_order: correction, .. } = work;
+    let Work { dynamics, drive, collision, outcome, acted, second_order: correction, .. } = work;
     if second_order::applies(model, state, (drive.servo_on, &collision.contacts), island, problem, v) {
         let start = (&*dynamics, drive.pushes.as_slice(), &mut outcome.work);
+        acted.insert(Law::HandOrder);
         second_order::move_hand(model, state, correction, start, (problem, newton), v);
         slowed::follow(model, problem, newton, state);
         return;

@@ -7,6 +7,7 @@ use super::impacts::{Impacts, ObjectImpact, Touch, on_object, pull};
 use super::midpoint_correction::{Correction, correction};
 use super::torque_free::{omega_at, turned, unlike};
 use crate::contact::narrow_phase::Contacts;
+use crate::law::Law;
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
@@ -69,7 +70,7 @@ fn mark_touched(contacts: &Contacts, island: &Island, problem: &Problem, touched
     }
 }
 
-/// Moves the objects of an island, whose part of `v` begins at `at`; consumes their `impacts`.
+/// Moves the objects of an island, whose part of `v` begins at `at`; consumes their `impacts`. True if one moves in second order.
 pub(super) fn move_objects(
     model: &Model,
     state: &mut State,
@@ -78,10 +79,11 @@ pub(super) fn move_objects(
     v: &[f64],
     (contacts, loads): (&Contacts, &[(Vec3, Vec3)]),
     Impacts { of_objects: impacts, touched, .. }: &mut Impacts,
-) {
+) -> bool {
     if island.objects.is_empty() {
-        return;
+        return false;
     }
+    let mut in_second_order = false;
     let h = model.config().step_s;
     let mut at = problem.hand_dofs;
     let alone = island.is_lone_object();
@@ -103,13 +105,16 @@ pub(super) fn move_objects(
             None if !alone => pose.translation += (before + after) * (0.5 * h),
             None => {
                 let short = ((before - after) * (0.5 * h), (carried - angular) * (0.5 * h));
-                more = correction(problem, slot, angular * h, short.0, short.1);
+                if model.has(Law::ObjectOrder) {
+                    more = correction(problem, slot, angular * h, short.0, short.1);
+                }
                 // No object may move farther than the faster of its velocities allows: cached gaps rely on
                 // that.
                 let farthest = before.length_squared().max(after.length_squared()) * h * h;
                 if (after * h + more.linear).length_squared() > farthest {
                     more = Correction::default();
                 }
+                in_second_order |= more.linear != Vec3::ZERO || more.angular != Vec3::ZERO;
                 pose.translation += after * h + more.linear;
             }
             Some(ObjectImpact { stays: true, .. }) => pose.translation += after * h,
@@ -145,4 +150,5 @@ pub(super) fn move_objects(
         }
         at += 6;
     }
+    in_second_order
 }

@@ -4,6 +4,7 @@ use super::method::{Attempt, Method};
 use super::scratch::Scratch;
 use super::work::Work;
 use super::{bdf2, cash_karp, euler, rolling};
+use crate::law::Law;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
@@ -32,6 +33,7 @@ pub(super) fn step(
         Method::Euler => Attempt::Declined,
     };
     if attempt == Attempt::Taken {
+        work.acted.insert(if island.hand { Law::HandOrder } else { Law::ObjectOrder });
         return;
     }
     if island.hand {

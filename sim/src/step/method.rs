@@ -1,5 +1,6 @@
 //! The integrators of a step, and the one that an island begins with.
 
+use crate::law::Law;
 use crate::model::Model;
 use crate::solver::island::Island;
 
@@ -30,7 +31,7 @@ impl Method {
     /// Cash–Karp, with dampers by BDF2. Objects press and hit, and dry friction jumps: implicit
     /// Euler, which corrects a hand alone ([`super::second_order`]).
     pub(super) fn of(model: &Model, island: &Island) -> Self {
-        let alone = island.hand && island.objects.is_empty();
+        let alone = island.hand && island.objects.is_empty() && model.has(Law::HandOrder);
         if alone && model.undamped_hand() && island.pairs.is_empty() {
             Method::CashKarp
         } else if alone && !model.undamped_hand() && model.friction_rows() == 0 {

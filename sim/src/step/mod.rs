@@ -53,6 +53,7 @@ use crate::actuation::{clutch, motor};
 use crate::bounds::{Fault, hand_work, step_work};
 use crate::command::{BaseCommand, Command};
 use crate::contact::collide::collide;
+use crate::law::{Law, Laws};
 use crate::model::Model;
 use crate::outcome::{PhaseTimer, StepOutcome, StepPhase};
 use crate::state::{BaseReference, State};
@@ -72,7 +73,7 @@ pub(crate) fn step(
     prepare(model, state, scratch, timer);
     let spent = scratch.prepared.take().unwrap_or_default();
     let work = &mut scratch.work;
-    work.outcome = StepOutcome::default();
+    (work.outcome, work.acted) = (StepOutcome::default(), Laws::default());
     if work.fault.is_some() {
         return;
     }
@@ -174,8 +175,9 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         }
         sleep::update(model, state, island);
     }
-    let Work { continuous, collision, outcome, .. } = &mut scratch.work;
-    continuous::stop_short(model, state, continuous, collision, &mut outcome.work);
+    let Work { continuous, collision, outcome, acted, .. } = &mut scratch.work;
+    let stopped = continuous::stop_short(model, state, continuous, collision, &mut outcome.work);
+    acted.insert_if(Law::ContinuousMotion, stopped);
     scratch.work.loads.clear();
     scratch.work.outcome.islands = solved;
     scratch.work.outcome.asleep = state.sleep.iter().filter(|sleep| sleep.asleep).count();

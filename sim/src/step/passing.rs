@@ -12,6 +12,7 @@ use super::work::Work;
 use crate::contact::advancement::{self, Moving, Sweep};
 use crate::contact::narrow_phase::ContactPair;
 use crate::dynamics::spatial::SpatialVelocity;
+use crate::law::Law;
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -46,7 +47,7 @@ pub(super) fn leave_out(
         let pair = &work.collision.contacts.pairs[island.pairs[k]];
         acts_across_a_gap(work, pair, (problem, k), (touching_m, model.config().step_s))
     };
-    if !(0..island.pairs.len()).any(|k| acts(problem, work, k)) {
+    if !model.has(Law::Passing) || !(0..island.pairs.len()).any(|k| acts(problem, work, k)) {
         return;
     }
     let mut passing = std::mem::take(&mut work.passing);
@@ -78,6 +79,7 @@ pub(super) fn leave_out(
         if left_out.is_empty() {
             break;
         }
+        work.acted.insert(Law::Passing);
         if let (true, Some(hand)) = (island.hand, model.hand()) {
             work.dynamics.kin.velocities(hand, &v[..problem.hand_dofs], links);
         }

@@ -26,6 +26,7 @@ use super::torque_free::torque_free;
 use super::work::Work;
 use crate::anchor::Anchor;
 use crate::contact::narrow_phase::ContactPair;
+use crate::law::Law;
 use crate::model::{Model, Owner};
 use crate::solver::friction_cone::ConeLaw;
 use crate::solver::island::Island;
@@ -95,6 +96,9 @@ pub(super) fn step(
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
 ) -> Attempt {
+    if !model.has(Law::ObjectOrder) {
+        return Attempt::Declined;
+    }
     let Some((rim, place, k)) = Rim::find(model, state, work, island) else { return Attempt::Declined };
     let object = rim.object;
     let (linear, angular) = state.object_velocity(model, object);
@@ -138,6 +142,9 @@ pub(super) fn step(
             true => bearing(model.config(), point, &anchor, rolling.h),
             false => Anchor { bearing: anchor.bearing_after(0.0, rolling.h), ..Anchor::IDLE },
         };
+        if !model.has(Law::Anchors) {
+            anchor.let_go();
+        }
         impulse.iter_mut().zip(point.impulse).for_each(|(sum, part)| *sum += part);
         fastest = fastest.max(speed(&end));
         (motion, lowest) = (end, Some(at_end));

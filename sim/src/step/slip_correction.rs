@@ -47,19 +47,26 @@ pub(super) fn nearness(gap: f64, onset: f64) -> f64 {
     (1.0 - gap / onset).clamp(0.0, 1.0)
 }
 
+/// Whether any point that slides, or that rebounds, has another target.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Corrected {
+    pub slip: bool,
+    pub rebound: bool,
+}
+
 /// Updates the slip targets of the problem's points to the slip of its solution: where the old target leaves
 /// a surface farther off than the tolerance, m, divided by `finer`; and always for rebounds whose slip
-/// differs from the assumed one. True if there is any such point.
+/// differs from the assumed one.
 pub(super) fn correct(
     config: &Config,
     contacts: &Contacts,
     island: &Island,
     problem: &mut Problem,
     finer: Option<f64>,
-) -> bool {
+) -> Corrected {
     let alone = island.is_lone_object();
     let usual = if alone { config.de_saxce_tolerance_m } else { config.hand_de_saxce_tolerance_m };
-    let mut any = false;
+    let mut corrected = Corrected::default();
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let pair = &contacts.pairs[index];
         let found = &contacts.points[pair.points.clone()];
@@ -70,7 +77,7 @@ pub(super) fn correct(
             }
             if let Some(rebound) = found.rebound {
                 // With several bodies the slip of two has to suffice.
-                any |= alone && correct_rebound(pair.friction, &rebound, point);
+                corrected.rebound |= alone && correct_rebound(pair.friction, &rebound, point);
                 continue;
             }
             let Some(finer) = finer else { continue };
@@ -95,10 +102,10 @@ pub(super) fn correct(
             // let it fall in the next, for as long as it slides.
             let kept = if alone { (tolerance / over_s).copysign(off) } else { 0.0 };
             point.law.target[2] = target - kept;
-            any = true;
+            corrected.slip = true;
         }
     }
-    any
+    corrected
 }
 
 /// The same for a rebounding point: it must end at its own velocity with any slip.

@@ -1,9 +1,10 @@
 //! Repeated solves of a step with the slip of its solution ([`super::slip_correction`]).
 
-use super::slip_correction::correct;
+use super::slip_correction::{Corrected, correct};
 use super::solve::solve;
 use super::work::Work;
 use crate::config::Config;
+use crate::law::Law;
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -34,11 +35,15 @@ pub(super) fn settle(
     let config = model.config();
     let alone = island.is_lone_object();
     for pass in 0.. {
-        let finer = finer(config, pass, alone);
-        let is_over = finer.is_none() && !(alone && pass < REBOUND_PASSES);
-        if is_over || !correct(config, &work.collision.contacts, island, problem, finer) {
+        let finer = finer(config, pass, alone).filter(|_| model.has(Law::SlipCorrection));
+        if finer.is_none() && !(alone && pass < REBOUND_PASSES) {
             return;
         }
+        let Corrected { slip, rebound } = correct(config, &work.collision.contacts, island, problem, finer);
+        if !(slip || rebound) {
+            return;
+        }
+        work.acted.insert_if(Law::SlipCorrection, slip);
         solve(model, work, problem, newton, v);
     }
 }

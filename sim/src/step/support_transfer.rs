@@ -22,6 +22,7 @@
 use super::solve::solve;
 use super::work::Work;
 use crate::contact::narrow_phase::Contacts;
+use crate::law::Law;
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
@@ -52,10 +53,11 @@ pub(super) fn transfer(
     scratch: &mut SupportTransfer,
 ) -> bool {
     let h = model.config().step_s;
-    let alone = island.is_lone_object();
+    let alone = island.is_lone_object() && model.has(Law::SupportTransfer);
     if !alone || !is_due(&work.collision.contacts, island, problem, h, &mut scratch.hits) {
         return false;
     }
+    work.acted.insert(Law::SupportTransfer);
     let SupportTransfer { hits, targets, carried, unhit } = scratch;
     targets.clear();
     targets.extend(problem.points.iter().map(|point| point.law.target));

@@ -11,6 +11,7 @@ use crate::actuation::friction::Passes;
 use crate::bounds::Fault;
 use crate::contact::collide::Collision;
 use crate::dynamics::hand::HandDynamics;
+use crate::law::Laws;
 use crate::model::Model;
 use crate::outcome::StepOutcome;
 use crate::state::State;
@@ -20,6 +21,8 @@ use palmares_models::Vec3;
 #[derive(Default)]
 pub(crate) struct Work {
     pub outcome: StepOutcome,
+    /// Laws that acted in the step and whose action does not show in its contacts.
+    pub acted: Laws,
     pub fault: Option<Fault>,
     pub forces: StepForces,
     pub dynamics: HandDynamics,

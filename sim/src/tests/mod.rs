@@ -5,5 +5,6 @@ mod digest;
 mod energy;
 mod friction;
 mod joining;
+mod law;
 mod overlap;
 mod rebound;

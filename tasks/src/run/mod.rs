@@ -29,6 +29,7 @@ mod targets;
 mod telemetry;
 mod tick;
 mod view;
+mod watch;
 
 pub use cameras::Exposure;
 pub use evidence::Evidence;
@@ -43,6 +44,7 @@ pub use still::Still;
 pub use studio::{FILM, FILM_SIZE};
 pub use telemetry::{Contact, FingerWrench, Motor, RunSample, Telemetry, TelemetryModel};
 pub use view::{View, ViewError};
+pub use watch::StepWatch;
 
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
@@ -341,7 +343,7 @@ impl Run {
                 if still || work > SETTLING_WORK || !self.healthy() {
                     break;
                 }
-                work += self.advance();
+                work += self.advance(&mut ());
                 self.tick += 1;
                 let objects = self.sightings();
                 self.history.extend(self.referee.watch(self.tick, &objects));

@@ -4,6 +4,7 @@
 
 use super::Run;
 use super::targets::BaseMotion;
+use super::watch::StepWatch;
 use crate::action::{Action, ActionError, ActionLimits, BaseTarget, clipped, unit};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::shortest_turn;
@@ -26,13 +27,18 @@ impl Run {
 
     /// Advances the world by one tick under `action`. A refused action changes nothing.
     pub fn step(&mut self, action: &Action) -> Result<(), ActionError> {
+        self.step_watched(action, &mut ())
+    }
+
+    /// Advances the world by one tick as [`Run::step`] does, and shows every step to `watch`.
+    pub fn step_watched(&mut self, action: &Action, watch: &mut impl StepWatch) -> Result<(), ActionError> {
         self.check(action)?;
         match self.arriving(action) {
             Some(arrived) => self.apply(&arrived),
             None => self.apply(action),
         }
         let before = self.motor_states();
-        self.computed = self.advance();
+        self.computed = self.advance(watch);
         self.tick += 1;
         self.add_motor_work(&before);
         self.read_arm();
@@ -102,7 +108,7 @@ impl Run {
     }
 
     /// Steps a tick; returns its computing.
-    pub(super) fn advance(&mut self) -> u64 {
+    pub(super) fn advance(&mut self, watch: &mut impl StepWatch) -> u64 {
         self.prepared = None;
         let mut work = 0;
         let steps = self.task.steps_per_tick();
@@ -126,7 +132,8 @@ impl Run {
                     angular: Vec3::ZERO,
                 });
                 self.pushes_into(&mut command.pushes);
-                work += self.world.step(&command).work;
+                work += self.world.step_timed(&command, watch).work;
+                watch.stepped(&self.world);
                 continue;
             }
             let part = k as f64 / steps as f64;
@@ -146,7 +153,8 @@ impl Run {
                 BaseMotion::Joints => BaseCommand::stay(self.world.state().reference.pose),
             };
             self.pushes_into(&mut command.pushes);
-            work += self.world.step(&command).work;
+            work += self.world.step_timed(&command, watch).work;
+            watch.stepped(&self.world);
         }
         work
     }

@@ -14,7 +14,7 @@ use std::thread;
 type Make = fn(&DeclaredPart, &Tools) -> Result<()>;
 
 /// The parts by name.
-pub(super) const COMMANDS: [(&str, Make); 15] = [
+pub(super) const COMMANDS: [(&str, Make); 16] = [
     ("report", report),
     ("further", report),
     ("hand_scenes", report),
@@ -22,6 +22,7 @@ pub(super) const COMMANDS: [(&str, Make); 15] = [
     ("grasps", grasps),
     ("sweep", sweep),
     ("hard", hard),
+    ("model", model),
     ("validation", validation),
     ("cameras", cameras),
     ("throughput", throughput),
@@ -144,6 +145,16 @@ fn hard(part: &DeclaredPart, tools: &Tools) -> Result<()> {
         hard.arg("--runs").arg(tools.folder.join("quick-sweep.jsonl"));
     }
     played(&mut hard)
+}
+
+fn model(part: &DeclaredPart, tools: &Tools) -> Result<()> {
+    let mut model = tools.bench();
+    model.arg("model").arg("--write").arg(page(part, tools)?);
+    if tools.quick {
+        model.args(["free_flight", "slide_stop"]);
+        model.arg("--runs").arg(tools.folder.join("quick-model.jsonl"));
+    }
+    played(&mut model)
 }
 
 fn validation(part: &DeclaredPart, tools: &Tools) -> Result<()> {

@@ -21,6 +21,7 @@ use crate::actuation::{clutch, friction};
 use crate::command::Push;
 use crate::contact::narrow_phase::Contacts;
 use crate::dynamics::hand::HandDynamics;
+use crate::law::Law;
 use crate::model::{Model, Owner};
 use crate::solver::island::Island;
 use crate::solver::linear::Linear;
@@ -75,6 +76,7 @@ pub(super) fn applies(
     };
     island.objects.is_empty()
         && servo_on
+        && model.has(Law::HandOrder)
         && (model.friction_rows() > 0 || touches())
         && (moves(&state.v) || moves(v))
 }
