@@ -154,7 +154,7 @@ fn draw(area: &Area, rows: &[Row], peers: &[&str], band: f64) -> Result<()> {
     }
     text("CPU time of the peer / ours, our error not larger", (LEFT, bottom + 20), 13)?;
     text("left of 1 the peer is ahead; grey: within the spread of the times", (10, bottom + 40), 13)?;
-    text("◂ peer more exact, or alone   × no step   ? unfinished   – not played", (10, 30), 13)?;
+    text("◂ peer more exact, or alone · × no step · ? unfinished · – not played", (10, 30), 13)?;
     for (k, peer) in peers.iter().enumerate() {
         let at = (10 + 120 * k as i32, 14);
         mark(area, k, (at.0 + 5, at.1 + 3), colour(peer))?;
@@ -163,7 +163,7 @@ fn draw(area: &Area, rows: &[Row], peers: &[&str], band: f64) -> Result<()> {
     }
     for (place, row) in rows.iter().enumerate() {
         let y = TOP + ROW * place as i32;
-        text(&row.case.replace('_', " "), (10, y + 1), 12)?;
+        text(&row.case.replace('_', " "), (10, y + 3), 12)?;
         for (peer, found) in &row.marks {
             let k = peers.iter().position(|other| other == peer).unwrap_or_default();
             let middle = y + ROW / 2;
@@ -171,9 +171,9 @@ fn draw(area: &Area, rows: &[Row], peers: &[&str], band: f64) -> Result<()> {
                 Mark::Ratio(ratio) => mark(area, k, (across(*ratio), middle), colour(peer))?,
                 Mark::Beyond => {
                     let style = (SANS, 14).into_font().color(&colour(peer));
-                    area.draw(&Text::new("◂", (LEFT + 9 * k as i32, y), style)).map_err(failed)?;
+                    area.draw(&Text::new("◂", (LEFT + 9 * k as i32, y + 3), style)).map_err(failed)?;
                 }
-                _ => text(found.sign().unwrap_or_default(), (right + COLUMN * k as i32 + 14, y + 1), 13)?,
+                _ => text(found.sign().unwrap_or_default(), (right + COLUMN * k as i32 + 14, y + 3), 13)?,
             }
         }
     }

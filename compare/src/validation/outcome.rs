@@ -25,6 +25,9 @@ impl Kind {
     }
 }
 
+/// Plays a measurement at both ends of the hand's uncertain ranges; none where these say nothing.
+pub(crate) type PlayEnds = fn(&Effort) -> Result<Option<Ends>>;
+
 /// A published measurement and ours.
 pub(crate) struct Study {
     /// Its name in the line of JSON.
@@ -50,7 +53,7 @@ pub(crate) struct Study {
     /// Takes ours; empty where the hand is not built in.
     pub(crate) measure: fn(&Effort) -> Result<Vec<Measured>>,
     /// Takes ours with each uncertain number of the hand at the ends of its range; none where it is not taken.
-    pub(crate) ends: Option<fn(&Effort) -> Result<Option<Ends>>>,
+    pub(crate) ends: Option<PlayEnds>,
 }
 
 /// How much is measured.
