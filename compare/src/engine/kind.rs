@@ -1,7 +1,7 @@
 //! The engines that there are, each with its named settings.
 
 use super::adapter::Adapter;
-use super::option_set::{self, Dimension};
+use super::option_set::{self, Dimension, FoundSettings};
 use super::{mujoco, rapier};
 use anyhow::{Context, Result, bail, ensure};
 use palmares_bench::engine::limit::Limited;
@@ -22,6 +22,15 @@ pub enum EngineKind {
     MuJoCo(&'static mujoco::Settings),
 }
 
+/// What a search found for an engine.
+fn found(name: &str) -> &'static [FoundSettings] {
+    match name {
+        "rapier" => rapier::FOUND,
+        "mujoco" => mujoco::FOUND,
+        _ => &[],
+    }
+}
+
 impl EngineKind {
     /// Names of the engines.
     pub const NAMES: [&str; 3] = ["own", "rapier", "mujoco"];
@@ -29,12 +38,8 @@ impl EngineKind {
     /// Every engine with each of the settings that reports play, ours first: the named ones, and those that a search found.
     pub fn all() -> impl Iterator<Item = EngineKind> {
         Self::NAMES.into_iter().flat_map(|name| {
-            let found: &[&str] = match name {
-                "rapier" => rapier::FOUND,
-                "mujoco" => mujoco::FOUND,
-                _ => &[],
-            };
-            let found = found.iter().filter_map(move |settings| Self::from_names(name, Some(settings)).ok());
+            let found = found(name).iter();
+            let found = found.filter_map(move |found| Self::from_names(name, Some(found.settings)).ok());
             Self::bases(name).into_iter().chain(found)
         })
     }
@@ -64,9 +69,15 @@ impl EngineKind {
         !matches!(self, EngineKind::Rapier(_))
     }
 
-    /// Whether these settings are for scenes with a hand alone.
-    pub fn is_for_hands_alone(self) -> bool {
-        matches!(self, EngineKind::Rapier(settings) if settings.hands_alone)
+    /// Whether a report plays a scene with these settings: some are for scenes with a hand alone, and those that a search found
+    /// are for the scenes in which it found them.
+    pub fn plays(self, case: &str, has_hand: bool) -> bool {
+        let found = found(self.name()).iter().find(|found| found.settings == self.settings());
+        match (self, found) {
+            (_, Some(found)) => found.scenes.contains(&case),
+            (EngineKind::Rapier(settings), None) => has_hand || !settings.hands_alone,
+            _ => true,
+        }
     }
 
     /// Description of these settings, with the reason to choose them.

@@ -12,6 +12,15 @@ pub type EngineOptions = &'static [(&'static str, &'static str)];
 #[derive(Clone, Copy, Debug)]
 pub struct Dimension(pub &'static str, pub &'static [&'static str]);
 
+/// Settings that a search found, and the scenes in which they solve more plays than any named ones. Reports play them there alone.
+#[derive(Clone, Copy, Debug)]
+pub struct FoundSettings {
+    /// Their name.
+    pub settings: &'static str,
+    /// Cases.
+    pub scenes: &'static [&'static str],
+}
+
 /// The mark before a changed option.
 const CHANGE: char = '+';
 

@@ -1,6 +1,6 @@
 //! The report as a page to read.
 
-use super::comparison::{Comparison, OTHERWISE_MM, Run, Sentinels, Starts};
+use super::comparison::{Choice, Comparison, OTHERWISE_MM, Run, Sentinels, Starts};
 use super::dominance::{PeerResult, SettingsResult, Verdict};
 use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
 use super::plots::{at_one_ms, cases, largest_usable, picture, without};
@@ -255,7 +255,10 @@ fn settings(page: &mut String, report: &Comparison) {
         for line in &note.notes {
             put!(page, "- {line}");
         }
-        for choice in &note.settings {
+        let is_played = |choice: &&Choice| {
+            report.runs.iter().any(|run| (&run.engine, &run.settings) == (&note.name, &choice.name))
+        };
+        for choice in note.settings.iter().filter(is_played) {
             put!(page, "- `{}`: {}", choice.name, choice.about);
         }
         page.push('\n');

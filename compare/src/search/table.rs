@@ -69,7 +69,10 @@ impl Found {
     /// The same of the named settings, which reports play.
     pub fn most_named(&self) -> usize {
         let named = |set: &&Set| {
-            EngineKind::all().any(|kind| kind.name() == self.engine && kind.settings() == set.settings)
+            EngineKind::all().any(|kind| {
+                (kind.name(), kind.settings()) == (&*self.engine, &*set.settings)
+                    && kind.plays(&self.scene, true)
+            })
         };
         self.whole().filter(named).map(|set| set.solved).max().unwrap_or(0)
     }
