@@ -35,6 +35,7 @@ pub mod residuals;
 pub mod reversing;
 pub mod rims;
 pub mod robustness;
+pub mod rocking;
 pub mod rolling;
 pub mod rubbing;
 pub(crate) mod scene;
@@ -99,6 +100,7 @@ pub const GROUPS: &[&[Case]] = &[
     arch::CASES,
     extremes::CASES,
     reversing::CASES,
+    rocking::CASES,
 ];
 
 /// Every case.

@@ -29,6 +29,7 @@ mod reflex;
 mod reversing;
 mod rims;
 mod robustness;
+mod rocking;
 mod rolling;
 mod rubbing;
 mod sleeping;

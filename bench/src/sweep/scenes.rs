@@ -80,6 +80,7 @@ pub const SCENES: &[Scene] = &[
     flat!("dead_hand", 0.5),
     flat!("dead_impact", 0.5),
     flat!("placed_inside", 0.3),
+    flat!("rocking_block", 2.5).until(4e-3),
     flat!("sliding_impact", 1.0),
     at("bounce_zeno", &[(4e-3, 1.0), (16e-3, 5.0)]),
     flat!("bounce_elastic", 0.5),
