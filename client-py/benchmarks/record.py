@@ -98,8 +98,6 @@ def line(record: dict[str, Any]) -> str:
     hashes = "".join(f"; {name} {digest}" for name, digest in record["models"].items())
     machine = record["machine"]
     words = f"{machine['processor']}, {machine['threads']} threads, {machine['system']}"
-    if gpu := machine.get("gpu"):
-        words += f", {gpu}"
     return f"Engine {record['engine']}{hashes}; commit {record['commit']}; {record['date']}; {words}."
 
 

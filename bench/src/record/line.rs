@@ -146,10 +146,10 @@ mod tests {
 
     #[test]
     fn a_page_has_a_record_for_each_part() {
-        let page = format!("# Throughput\n\n{LINE}\n\n## Engine room\n\n# Beside a GPU\n\n{LINE}\n");
+        let page = format!("# Throughput\n\n{LINE}\n\n## Engine room\n\n# With a server beside\n\n{LINE}\n");
         let headings: Vec<String> =
             Line::all_of(&page).expect("records").into_iter().map(|(heading, _)| heading).collect();
-        assert_eq!(headings, ["Throughput", "Beside a GPU"]);
+        assert_eq!(headings, ["Throughput", "With a server beside"]);
         assert_eq!(Line::all_of(&format!("# {LINE}\n[softhand]\n")).expect("a comment").len(), 1);
         assert!(Line::all_of("Engine unknown.\n").is_err());
     }

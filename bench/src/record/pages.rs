@@ -13,9 +13,6 @@ pub struct RecordPart {
     pub about: String,
     /// Usual time on two idle cores.
     pub hours: f64,
-    /// No command makes it.
-    #[serde(default)]
-    pub by_hand: bool,
     /// Built-in hands that it plays.
     #[serde(default)]
     pub hands: Vec<String>,
@@ -93,7 +90,7 @@ mod tests {
         let parts = parts();
         for part in &parts {
             assert_eq!(parts.iter().filter(|other| other.name == part.name).count(), 1, "{}", part.name);
-            assert!(part.by_hand || part.hours > 0.0, "{} has no usual time", part.name);
+            assert!(part.hours > 0.0, "{} has no usual time", part.name);
             for name in &part.cases {
                 assert!(cases::all().any(|case| case.name == name), "{}: no case `{name}`", part.name);
             }

@@ -208,11 +208,14 @@ fn stable(page: &mut String, report: &Comparison) {
 }
 
 fn ticks(page: &mut String, report: &Comparison) {
+    if report.ticks.is_empty() {
+        return;
+    }
     put!(page, "## Emulated transmission against plain actuation\n");
     put!(
         page,
-        "The 2016 paper's Fig. 5: the time of every 10 ms tick while the hand closes on a pan and lifts it, \
-        with the tendon's transmission and with a servo on every joint (steps of 1 ms).\n"
+        "The time of every 10 ms tick while a hand closes on a pan and lifts it, with the tendons' transmission and with a servo \
+         on every joint (steps of 1 ms). This is Fig. 5 of the 2016 paper, whose hand is the ReFlex.\n"
     );
     put!(page, "| actuation | mean tick | worst tick | pan lifted |\n|---|---|---|---|");
     for way in &report.ticks {

@@ -53,6 +53,9 @@ pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
     on_page(&folder.join("split.svg"), (760, 90 + 20 * cases(report).len() as u32), |area| {
         split(area, report)
     })?;
+    if report.ticks.is_empty() {
+        return Ok(());
+    }
     on_page(&folder.join("ticks.svg"), (760, 380), |area| ticks(area, report))
 }
 
@@ -345,7 +348,8 @@ fn ticks(area: &Area, report: &Comparison) -> Result<()> {
         .light_line_style(RGBColor(238, 238, 238))
         .draw()
         .map_err(failed)?;
-    for (way, ink) in report.ticks.iter().zip([RGBColor(0, 90, 181), RGBColor(220, 120, 30)]) {
+    let inks = [(0, 90, 181), (220, 120, 30), (120, 170, 225), (240, 190, 130)];
+    for (way, ink) in report.ticks.iter().zip(inks.map(|(r, g, b)| RGBColor(r, g, b))) {
         let points = way.ms.iter().enumerate().map(|(k, ms)| (0.01 * (k + 1) as f64, *ms));
         chart
             .draw_series(LineSeries::new(points, ink.stroke_width(2)))

@@ -229,7 +229,8 @@ pub fn write(options: &ComparisonOptions) -> Result<Comparison> {
         results,
         runs,
         sentinels,
-        ticks: ticks::measure(repeats)?,
+        // One page shows them.
+        ticks: if options.part == "report" { ticks::measure(repeats)? } else { Vec::new() },
         left_out,
         took_s: begin.elapsed().as_secs_f64(),
     };

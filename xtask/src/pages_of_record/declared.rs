@@ -13,8 +13,6 @@ pub(super) struct DeclaredPart {
     pub about: String,
     /// Usual time on two idle cores.
     pub hours: f64,
-    /// No command makes it.
-    pub by_hand: bool,
     /// Cases of palmares-bench that it plays.
     pub cases: Vec<String>,
     /// Their steps, ms, by commas; empty for those of a report.
@@ -43,7 +41,6 @@ fn part(declared: &Value) -> Result<DeclaredPart> {
     Ok(DeclaredPart {
         about: text("about").unwrap_or_default(),
         hours: declared.get("hours").and_then(Value::as_float).unwrap_or_default(),
-        by_hand: declared.get("by_hand").and_then(Value::as_bool).unwrap_or_default(),
         cases: list("cases"),
         steps_ms: steps.join(","),
         pages: list("pages"),

@@ -53,7 +53,7 @@ pub(crate) fn run(options: &RecordPagesOptions) -> Result<()> {
         if options.list {
             println!("{}", listed(part, &finished_parts, finished));
         }
-        if !part.by_hand && (options.again || !finished) {
+        if options.again || !finished {
             open.push((part, fingerprint));
         }
     }
@@ -104,11 +104,7 @@ fn chosen(parts: Vec<DeclaredPart>, only: &[String]) -> Result<Vec<DeclaredPart>
 }
 
 fn listed(part: &DeclaredPart, finished_parts: &FinishedParts, finished: bool) -> String {
-    let status = match (part.by_hand, finished) {
-        (true, _) => "by hand".to_owned(),
-        (false, true) => "finished".to_owned(),
-        (false, false) => hours(finished_parts.usual_hours(part)),
-    };
+    let status = if finished { "finished".to_owned() } else { hours(finished_parts.usual_hours(part)) };
     format!("{:<14}{status:<10}{}: {}", part.name, part.about, part.pages.join(", "))
 }
 
@@ -141,12 +137,7 @@ mod tests {
     fn every_declared_part_can_be_made_and_every_command_is_of_a_part() {
         let parts = declared::parts().expect("pages.toml");
         for part in &parts {
-            assert_eq!(
-                parts::COMMANDS.iter().any(|(name, _)| *name == part.name),
-                !part.by_hand,
-                "{}",
-                part.name
-            );
+            assert!(parts::COMMANDS.iter().any(|(name, _)| *name == part.name), "{}", part.name);
         }
         for (name, _) in parts::COMMANDS {
             assert!(parts.iter().any(|part| part.name == name), "{name} is not in pages.toml");
