@@ -12,7 +12,6 @@ import argparse
 import hashlib
 import os
 import platform
-import re
 import subprocess
 import tomllib
 from collections.abc import Iterable
@@ -113,25 +112,6 @@ def of_page(page: Path, name: str, whole: bool) -> str:
     )
     same = old.partition("; commit ")[0] == new.partition("; commit ")[0]
     return new if whole or same else old
-
-
-def with_section(page: str, title: str, text: str) -> str:
-    """Return a page with this text in its section of this title; a new section is the last.
-
-    Args:
-        page: The page in Markdown; its sections begin with a heading of the first level.
-        title: The heading.
-        text: What is below it.
-
-    """
-    section = f"# {title}\n\n{text.strip()}\n"
-    sections = re.split(r"(?m)^(?=# )", page)
-    places = [place for place, old in enumerate(sections) if old.partition("\n")[0] == f"# {title}"]
-    if places:
-        sections[places[0]] = section + ("\n" if places[0] + 1 < len(sections) else "")
-    else:
-        sections.append(("\n" if page else "") + section)
-    return "".join(sections)
 
 
 def main() -> None:

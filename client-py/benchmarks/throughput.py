@@ -27,7 +27,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from record import fields, line, with_section
+from record import fields, line
 
 import palmares
 import palmares.gym
@@ -245,7 +245,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--server", action="store_true", help="measure a server, too")
     parser.add_argument(
-        "--output", type=output_file, metavar="PAGE", help="write the tables into their section of a page"
+        "--output", type=output_file, metavar="PAGE", help="write the tables into a page"
     )
     parser.add_argument(
         "--mjcf",
@@ -259,7 +259,7 @@ def main() -> None:
     parser.add_argument("--hand", action="append", choices=["softhand", "reflex"])
     parser.add_argument("--scene", action="append", choices=[*SCENES])
     args = parser.parse_args()
-    about = f"{line(fields('throughput'))}\n\n{ABOUT}\n\n{versions_here()}\n"
+    head = f"# Throughput\n\n{line(fields('throughput'))}\n\n{ABOUT}\n\n{versions_here()}\n"
     with contextlib.ExitStack() as stack:
         url = None
         if args.server:
@@ -267,9 +267,7 @@ def main() -> None:
         hands, scenes = args.hand or ["softhand", "reflex"], args.scene or SCENES
         tables = [table(scene, hand, args, url) for hand in hands for scene in scenes]
     if args.output:
-        title = "With a server beside" if args.server else "Throughput"
-        page = args.output.read_text() if args.output.exists() else ""
-        args.output.write_text(with_section(page, title, "\n".join([about, *tables])))
+        args.output.write_text("\n".join([head, *tables]))
 
 
 if __name__ == "__main__":

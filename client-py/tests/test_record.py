@@ -67,13 +67,3 @@ def test_a_page_of_which_some_rows_are_old_keeps_its_record(record: ModuleType, 
         assert record.of_page(page, "grasped", whole=True) == now
     page.write_text(now.replace("commit ", "commit earlier"))
     assert record.of_page(page, "grasped", whole=False) == now
-
-
-def test_a_section_of_a_page_is_replaced(record: ModuleType) -> None:
-    page = record.with_section("", "One", "first\n")
-    assert page == "# One\n\nfirst\n"
-    page = record.with_section(page, "Two", "## a\n\nsecond")
-    assert page == "# One\n\nfirst\n\n# Two\n\n## a\n\nsecond\n"
-    page = record.with_section(page, "One", "third")
-    assert page == "# One\n\nthird\n\n# Two\n\n## a\n\nsecond\n"
-    assert record.with_section(page, "Two", "## a\n\nsecond") == page

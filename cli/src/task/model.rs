@@ -48,18 +48,14 @@ struct ActiveLaw {
 struct Watch {
     tally: Tally,
     mark: Instant,
+    /// Of each phase, in the order of [`StepPhase`].
     spent_s: [f64; 3],
 }
 
 impl PhaseTimer for Watch {
     fn ended(&mut self, phase: StepPhase) {
         let now = Instant::now();
-        let k = match phase {
-            StepPhase::Dynamics => 0,
-            StepPhase::Collision => 1,
-            StepPhase::Solver => 2,
-        };
-        self.spent_s[k] += now.duration_since(self.mark).as_secs_f64();
+        self.spent_s[phase as usize] += now.duration_since(self.mark).as_secs_f64();
         self.mark = now;
     }
 }

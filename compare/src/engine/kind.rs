@@ -69,14 +69,15 @@ impl EngineKind {
         !matches!(self, EngineKind::Rapier(_))
     }
 
-    /// Whether a report plays a scene with these settings: some are for scenes with a hand alone, and those that a search found
+    /// Whether a report plays a scene with these settings: some are for scenes with a hand, and those that a search found
     /// are for the scenes in which it found them.
     pub fn plays(self, case: &str, has_hand: bool) -> bool {
         let found = found(self.name()).iter().find(|found| found.settings == self.settings());
         match (self, found) {
             (_, Some(found)) => found.scenes.contains(&case),
             (EngineKind::Rapier(settings), None) => has_hand || !settings.hands_alone,
-            _ => true,
+            (EngineKind::MuJoCo(settings), None) => has_hand || settings.differ_in(case),
+            (EngineKind::Own, None) => true,
         }
     }
 

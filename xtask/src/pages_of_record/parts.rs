@@ -6,7 +6,7 @@ use crate::cargo::build_server;
 use crate::pages::{self, Wanted};
 use anyhow::{Context, Result};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::thread;
 
@@ -194,12 +194,9 @@ fn throughput(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     } else {
         &["--blocks", "5", "--ticks", "50"]
     };
-    let run = |more: &[&Path]| -> Result<()> {
-        let mut python = tools.benchmark("throughput.py", &[MUJOCO])?;
-        played(python.args(more).args(short).arg("--output").arg(&out))
-    };
-    run(&[Path::new("--mjcf"), scenes.as_path()])?;
-    run(&[Path::new("--server")])
+    let mut python = tools.benchmark("throughput.py", &[MUJOCO])?;
+    python.arg("--server").arg("--mjcf").arg(scenes).args(short).arg("--output").arg(out);
+    played(&mut python)
 }
 
 fn controllers(part: &DeclaredPart, tools: &Tools) -> Result<()> {
