@@ -23,8 +23,7 @@ enum Command {
     Cameras(cameras::CameraOptions),
     /// Write a task's scene as a file for MuJoCo, with its commands.
     Mjcf(mjcf::MjcfOptions),
-    /// Search the documented options of the peers for sets that solve a scene, and write docs/report/search. Goes on where
-    /// it was stopped.
+    /// Search the documented options of the peers for sets that solve a scene, and write docs/report/search.
     Search(search::command::SearchOptions),
     /// Run one case on an engine and print its report.
     Case(Case),

@@ -46,10 +46,14 @@ pub struct SearchOptions {
     /// Number of plays at once.
     #[arg(long, default_value_t = 1)]
     jobs: usize,
-    /// Time of an engine in a scene, minutes; a search that goes on finds its plays in the result.
+    /// Time of an engine in a scene, minutes.
     #[arg(long)]
     minutes: Option<f64>,
-    /// Folder of the page and its JSON, which a search goes on from.
+    /// Go on with the searches that the result has. Without it, an engine is searched in a scene if the result has neither, or of
+    /// another version.
+    #[arg(long)]
+    go_on: bool,
+    /// Folder of the page and its JSON.
     #[arg(long, default_value = "docs/report/search")]
     out: PathBuf,
 }
@@ -81,7 +85,12 @@ pub fn run(options: &SearchOptions) -> Result<()> {
             let valid = |found: &&Found| {
                 is_this(found) && found.identity == scene.identity && found.version == version
             };
-            let known = all.lock().iter().find(valid).map_or(Ok(Sets::new()), sets_of)?;
+            let kept = all.lock().iter().find(valid).cloned();
+            if kept.is_some() && !options.go_on {
+                println!("{case} {engine}: kept");
+                continue;
+            }
+            let known = kept.as_ref().map_or(Ok(Sets::new()), sets_of)?;
             let save = |sets: &Sets| {
                 let found = Found {
                     scene: case.clone(),

@@ -96,7 +96,7 @@ fn search(part: &DeclaredPart, tools: &Tools) -> Result<()> {
         search.args(["--expansions", "0", "--run-limit-s", "10"]);
         return played(&mut search);
     }
-    search.args(["--jobs", &jobs(), "--minutes", "5"]);
+    search.args(["--jobs", &jobs(), "--minutes", "2"]);
     played(&mut search)?;
     claims(tools)
 }
