@@ -28,11 +28,11 @@ pub(super) const STARTS: u32 = 8;
 pub(super) const FEW_STARTS: u32 = 4;
 
 /// A timing run ends after this much CPU time, s; hardly any run takes longer. The second is that of a quick report.
-pub(super) const LONGEST_S: f64 = 10.0;
+pub(super) const LONGEST_S: f64 = 3.0;
 const QUICK_LONGEST_S: f64 = 0.5;
 
 /// A run is not timed again once it has taken this much wall time, s.
-pub(super) const ENOUGH_S: f64 = 4.0;
+pub(super) const ENOUGH_S: f64 = 1.0;
 
 /// Number of runs at once while the engines take turns with their timings: MuJoCo has a process for each.
 pub(super) const TURNS: usize = 4;
