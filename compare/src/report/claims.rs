@@ -221,7 +221,7 @@ mod tests {
             for neutral in NEUTRAL {
                 text = text.replace(neutral, "");
             }
-            for peer in ["rapier", "MuJoCo", "mujoco", " peer"] {
+            for peer in ["rapier", "MuJoCo", "mujoco", "Drake", "drake", " peer"] {
                 let at = text.find(peer);
                 let around = at.map(|at| text[at..].chars().take(120).collect::<String>());
                 assert_eq!(around, None, "{file}: a claim that no report stands behind");
