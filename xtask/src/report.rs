@@ -90,7 +90,7 @@ pub(crate) fn run(options: &ReportOptions) -> Result<()> {
     for package in [MUJOCO, DRAKE] {
         if options.engines.contains(package.module) {
             eprintln!("== preparing {}", package.engine);
-            package.into_command_if_it_can(&program, &mut report);
+            package.tell_if_it_can(&program, &mut report);
         }
     }
     let status = report.status().context("cannot start palmares-compare")?;
@@ -174,7 +174,7 @@ impl Package {
     }
 
     /// Tells a command the interpreter. Without one it goes on without this engine, and says so.
-    pub(crate) fn into_command_if_it_can(&self, program: &Path, command: &mut Command) {
+    pub(crate) fn tell_if_it_can(&self, program: &Path, command: &mut Command) {
         match self.python(program) {
             Ok(python) => {
                 command.env(self.variable, python);

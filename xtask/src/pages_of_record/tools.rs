@@ -95,7 +95,7 @@ impl Tools {
     /// The same with a Python that has Drake, where there is one.
     pub(super) fn compare_with_drake(&self) -> Result<Command> {
         let mut compare = self.compare()?;
-        DRAKE.into_command_if_it_can(self.compare.get().context("palmares-compare")?, &mut compare);
+        DRAKE.tell_if_it_can(self.compare.get().context("palmares-compare")?, &mut compare);
         Ok(compare)
     }
 
