@@ -4,6 +4,7 @@ Start: 8 bytes of length and the scene as JSON; answered by one float (1: it was
 and controls, or by 0, a length and a message. Then, each led by one byte:
 
     P  poses, velocities   set the state; no answer
+    F  forces, torques     of each body in the steps that follow, about its centre of mass; no answer
     S                      one step; answered by CPU seconds, deepest overlap, 1 if the step failed or 0, poses, velocities
     C                      answered by the number of contacts of the last step, and of each: numbers of both shapes, place,
                            normal from the first to the second, force on the second, gap
@@ -25,6 +26,7 @@ import time
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.geometry import (
+    AddCompliantHydroelasticProperties,
     AddContactMaterial,
     AddRigidHydroelasticProperties,
     Box,
@@ -38,8 +40,13 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform
-from pydrake.multibody.math import SpatialVelocity
-from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlantConfig
+from pydrake.multibody.math import SpatialForce, SpatialVelocity
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    ExternallyAppliedSpatialForce,
+    MultibodyPlantConfig,
+)
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -78,8 +85,10 @@ class Scene:
         self.allow()
         builder = DiagramBuilder()
         plant = MultibodyPlantConfig(time_step=self.dt, **described["plant"])
+        # The type is given to each shape below.
+        self.hydroelastic = described["proximity"].pop("compliance_type", "undefined") != "undefined"
         shapes = DefaultProximityProperties(**described["proximity"])
-        self.hydroelastic = shapes.compliance_type != "undefined"
+        self.modulus = shapes.hydroelastic_modulus
         graph = SceneGraphConfig(default_proximity_properties=shapes)
         self.plant, _ = AddMultibodyPlant(plant, graph, builder)
         self.plant.mutable_gravity_field().set_gravity_vector(described["gravity"])
@@ -106,12 +115,15 @@ class Scene:
         properties, shape = ProximityProperties(), collider["shape"]
         friction = CoulombFriction(collider["friction"], collider["friction"])
         AddContactMaterial(properties=properties, friction=friction)
-        if self.hydroelastic:
+        # Facets would keep a ball from rolling: what touches in a point keeps point contact, the fallback.
+        if self.hydroelastic and shape["kind"] not in ("sphere", "capsule"):
             edge = RESOLUTION * smallest(shape)
             if body is self.plant.world_body():
                 AddRigidHydroelasticProperties(resolution_hint=edge, properties=properties)
             else:
-                properties.AddProperty("hydroelastic", "resolution_hint", edge)
+                AddCompliantHydroelasticProperties(
+                    resolution_hint=edge, hydroelastic_modulus=self.modulus, properties=properties
+                )
         name = f"g{collider['number']}"
         geometry = self.plant.RegisterCollisionGeometry(
             body, transform(collider["pose"]), shape_of(shape), name, properties
@@ -123,6 +135,16 @@ class Scene:
             self.plant.SetFreeBodyPose(self.context, body, transform(poses[7 * k : 7 * k + 7]))
             v = velocities[6 * k : 6 * k + 6]
             self.plant.SetFreeBodySpatialVelocity(self.context, body, SpatialVelocity(w=v[3:], v=v[:3]))
+
+    def force(self, loads):
+        """Forces and torques of the bodies."""
+        rows = []
+        for body, load in zip(self.bodies, np.reshape(loads, (-1, 6))):
+            row = ExternallyAppliedSpatialForce()
+            row.body_index, row.p_BoBq_B = body.index(), np.zeros(3)
+            row.F_Bq_W = SpatialForce(tau=load[3:], f=load[:3])
+            rows.append(row)
+        self.plant.get_applied_spatial_force_input_port().FixValue(self.context, rows)
 
     def pull(self):
         poses, velocities = [], []
@@ -205,8 +227,8 @@ def replay(scene, log, longest_ns):
     scene.start()
     total = count = 0
     for op, values in log:
-        if op == b"P":
-            scene.push(*values)
+        if op != b"S":
+            (scene.push if op == b"P" else scene.force)(*values)
             continue
         for done in range(0, values, STRETCH):
             steps = min(STRETCH, values - done)
@@ -241,6 +263,10 @@ def main():
             values = floats(source, nq + nv)
             values = values[:nq], values[nq:]
             scene.push(*values)
+            log.append((op, values))
+        elif op == b"F":
+            values = (floats(source, nv),)
+            scene.force(*values)
             log.append((op, values))
         elif op == b"S":
             if log and log[-1][0] == b"S":

@@ -39,7 +39,8 @@ pub fn notes() -> Vec<String> {
         "not passed on, so that scenes with it are not played: hands, restitution, for which Drake has no coefficient, rolling \
          resistance, friction against spin, rounded hulls, furniture of other shapes than boxes and planes",
         "boxes without the rounding of their edges; nothing sleeps",
-        "hydroelastic surfaces of round shapes have edges of a quarter of the smallest size of the shape",
+        "where contact is hydroelastic, spheres and capsules keep point contact, which Drake falls back to: facets would keep them \
+         from rolling; facets of cylinders have edges of a quarter of their smallest size",
         "the approximation TAMSI is left out: Drake has announced its removal. Options were not searched: the search plays scenes \
          with hands",
     ]
@@ -54,6 +55,9 @@ pub(super) struct Drake {
     worker: SharedWorker,
     /// Owners of the shapes, by their numbers.
     owners: Vec<Owner>,
+    /// Forces and torques of the bodies in the next step, and whether the process has others than zeros.
+    loads: Vec<f64>,
+    loaded: bool,
     touched: bool,
     outcome: StepOutcome,
 }
@@ -71,7 +75,8 @@ impl Drake {
         let count = state.objects.len();
         ensure!(sizes == [7 * count, 6 * count, 0], "Drake made {sizes:?} of {count} bodies");
         let outcome = StepOutcome { converged: true, ..StepOutcome::default() };
-        Ok(Drake { model, state, worker, owners, touched: true, outcome })
+        let loads = vec![0.0; 6 * count];
+        Ok(Drake { model, state, worker, owners, loads, loaded: false, touched: true, outcome })
     }
 
     fn push_state(&self) -> Result<()> {
@@ -109,6 +114,12 @@ impl Engine for Drake {
             self.push_state()?;
             self.touched = false;
         }
+        let loaded = self.loads.iter().any(|load| *load != 0.0);
+        if loaded || self.loaded {
+            self.worker.borrow_mut().write(b'F', &[&self.loads])?;
+            self.loads.fill(0.0);
+            self.loaded = loaded;
+        }
         let frame = self.worker.borrow_mut().step(&[])?;
         self.pull_state(&frame);
         Ok(Cost { total_s: frame.spent_s, ..Cost::default() })
@@ -121,6 +132,11 @@ impl Engine for Drake {
     fn state_mut(&mut self) -> &mut State {
         self.touched = true;
         &mut self.state
+    }
+
+    fn push(&mut self, object: usize, force: Vec3, torque: Vec3) {
+        let load = force.to_array().into_iter().chain(torque.to_array());
+        self.loads[6 * object..].iter_mut().zip(load).for_each(|(sum, more)| *sum += more);
     }
 
     fn outcome(&self) -> StepOutcome {
@@ -138,6 +154,8 @@ mod tests {
     use crate::engine::{EngineKind, NotPlayed};
     use palmares_bench::cases::{Setup, run};
     use palmares_bench::engine::limit::{self, NotFinished};
+    use palmares_models::object::Object;
+    use palmares_models::shape::Shape;
     use palmares_sim::Config;
 
     /// Whether Drake is there; a test without it says so.
@@ -163,6 +181,34 @@ mod tests {
             let percent = error("slide_stop", settings, 2e-3);
             assert!(percent <= 1.0, "{settings}: {percent} %");
         }
+    }
+
+    #[test]
+    fn a_force_acts_on_its_body_for_one_step() {
+        if !there() {
+            return;
+        }
+        let mut model =
+            Model::new(Config { gravity: Vec3::ZERO, ..Config::with_step(1e-3) }, None).expect("sound");
+        let parts = || vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.05 })];
+        for name in ["still", "pushed"] {
+            let ball = Object::new(name, parts(), 2.0, 0.5, 0.0).expect("sound");
+            model.add_object(Arc::new(ball)).expect("it fits");
+        }
+        let model = Arc::new(model);
+        let state =
+            State::at_rest(&model, Pose::IDENTITY, &[0.0, 1.0].map(|x| Pose::translation(x, 0.0, 0.0)));
+        let mut drake = Drake::new(Arc::clone(&model), state, &SETTINGS[0]).expect("it starts");
+        drake.push(1, Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO);
+        drake.push(1, Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 0.1));
+        for _ in 0..2 {
+            drake.step(&Command::stay(&model, Pose::IDENTITY)).expect("it steps");
+        }
+        // 4 N on 2 kg for 1 ms; 0.1 N m on 2/5 of 2 kg (0.05 m)^2.
+        let [still, (linear, angular)] = [0, 1].map(|k| drake.state().object_velocity(&model, k));
+        assert_eq!(still, (Vec3::ZERO, Vec3::ZERO));
+        assert!((linear - Vec3::new(0.0, 2e-3, 0.0)).length() < 1e-12, "{linear}");
+        assert!((angular - Vec3::new(0.0, 0.0, 0.05)).length() < 1e-9, "{angular}");
     }
 
     #[test]

@@ -51,8 +51,8 @@ pub const SETTINGS: &[Settings] = &[
     },
     Settings {
         name: "hydroelastic",
-        about: "hydroelastic contact, which holds a face at several points: free bodies are compliant with Drake's own modulus, \
-                1e7 Pa, fixed ones rigid",
+        about: "hydroelastic contact of all shapes but spheres and capsules, which holds a face at several points: free bodies are \
+                compliant with Drake's own modulus, 1e7 Pa, fixed ones rigid",
         options: &[COMPLIANT],
     },
     Settings {
