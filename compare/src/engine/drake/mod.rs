@@ -151,7 +151,7 @@ impl Engine for Drake {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::{EngineKind, NotPlayed};
+    use crate::engine::adapter::NotPlayed;
     use palmares_bench::cases::{Setup, run};
     use palmares_bench::engine::limit::{self, NotFinished};
     use palmares_models::object::Object;
@@ -167,8 +167,8 @@ mod tests {
 
     /// The error of a case in Drake, in its unit.
     fn error(case: &str, settings: &str, dt_s: f64) -> f64 {
-        let kind = EngineKind::from_names("drake", Some(settings)).expect("it is known");
-        let (report, _) = run(case, &Setup::new(kind.factory(), dt_s)).expect("it plays");
+        let settings = SETTINGS.iter().find(|it| it.name == settings).expect("there are such");
+        let (report, _) = run(case, &Setup::new(settings, dt_s)).expect("it plays");
         report.error.value.expect("an analytic answer")
     }
 
@@ -213,9 +213,8 @@ mod tests {
 
     #[test]
     fn scenes_with_hands_or_rebounds_are_not_played() {
-        let drake = EngineKind::from_names("drake", None).expect("it is known");
         for (case, what) in [("softhand_free", "hands"), ("bounce_zeno", "restitution")] {
-            let failure = run(case, &Setup::new(drake.factory(), 4e-3)).map(drop).expect_err("it is refused");
+            let failure = run(case, &Setup::new(&SETTINGS[0], 4e-3)).map(drop).expect_err("it is refused");
             let why = NotPlayed(format!("its adapter does not pass on {what}"));
             assert_eq!(failure.downcast_ref(), Some(&why), "{case}");
         }

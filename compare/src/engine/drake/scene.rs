@@ -1,7 +1,7 @@
 //! A scene of rigid bodies as JSON, for Drake's process.
 
 use super::settings::Settings;
-use crate::engine::NotPlayed;
+use crate::engine::adapter::NotPlayed;
 use palmares_bench::engine::limit;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
