@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct CaseReport {
     /// Name of the case.
     pub case: String,
-    /// Name of the engine: `own`, `rapier`, `mujoco`.
+    /// Name of the engine: `own`, `rapier`, `mujoco`, `drake`.
     pub engine: String,
     /// Name of its settings.
     pub settings: String,

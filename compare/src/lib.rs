@@ -1,4 +1,4 @@
-//! Other engines: the same cases and grasps on rapier and MuJoCo, and the reports about them.
+//! Other engines: the same cases on rapier, MuJoCo and Drake, the same grasps on rapier and MuJoCo, and the reports about them.
 //!
 //! | part | content |
 //! |---|---|

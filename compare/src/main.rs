@@ -30,7 +30,7 @@ enum Command {
     /// Compare the engines over scenes and steps, and write a report with tables, plots and JSON.
     Report {
         /// Peers to compare with, by commas.
-        #[arg(long, value_delimiter = ',', default_value = "own,rapier,mujoco")]
+        #[arg(long, value_delimiter = ',', default_value = "own,rapier,mujoco,drake")]
         engines: Vec<String>,
         /// Gather outcomes into the file and time nothing, so that the machine may do other work. The report
         /// that follows takes them from there.

@@ -64,7 +64,7 @@ enum Task {
     },
     /// Measure and write anew every page of measured results; continues where it stopped.
     PagesOfRecord(pages_of_record::RecordPagesOptions),
-    /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
+    /// Compare speed and error with rapier, MuJoCo and Drake over all scenes; write docs/report.
     Report(report::ReportOptions),
     /// Make a version: change its number, build and check the files that are published.
     Release(release::ReleaseOptions),

@@ -1,4 +1,4 @@
-//! `cargo xtask report`: speed against error, compared with rapier and MuJoCo.
+//! `cargo xtask report`: speed against error, compared with rapier, MuJoCo and Drake.
 
 use crate::cargo::build;
 use crate::python;
@@ -18,7 +18,7 @@ pub(crate) struct ReportOptions {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Engines, by commas.
-    #[arg(long, default_value = "own,rapier,mujoco")]
+    #[arg(long, default_value = "own,rapier,mujoco,drake")]
     engines: String,
     /// Cases, by commas; all if not given.
     #[arg(long)]
@@ -53,7 +53,7 @@ pub(crate) struct ReportOptions {
     keep: Option<PathBuf>,
 }
 
-/// Builds `palmares-compare`, prepares MuJoCo if it can, runs the comparison and shows its progress.
+/// Builds `palmares-compare`, prepares MuJoCo and Drake if it can, runs the comparison and shows its progress.
 pub(crate) fn run(options: &ReportOptions) -> Result<()> {
     eprintln!("== building palmares-compare");
     let program = build("palmares-compare", true)?;
@@ -87,13 +87,10 @@ pub(crate) fn run(options: &ReportOptions) -> Result<()> {
             report.arg(flag);
         }
     }
-    if options.engines.contains("mujoco") {
-        eprintln!("== preparing MuJoCo");
-        match mujoco(&program) {
-            Ok(python) => {
-                report.env(PYTHON, python);
-            }
-            Err(error) => eprintln!("MuJoCo cannot be installed ({error:#}); the report goes on without it"),
+    for package in [MUJOCO, DRAKE] {
+        if options.engines.contains(package.module) {
+            eprintln!("== preparing {}", package.engine);
+            package.tell_if_it_can(&program, &mut report);
         }
     }
     let status = report.status().context("cannot start palmares-compare")?;
@@ -116,36 +113,76 @@ fn search(options: &ReportOptions, program: &Path) -> Result<()> {
         search.args(["--jobs", &jobs.to_string()]);
     }
     if engines.contains(&"mujoco") {
-        search.env(PYTHON, mujoco(program).context("MuJoCo cannot be installed")?);
+        search.env(MUJOCO.variable, MUJOCO.python(program).context("MuJoCo cannot be installed")?);
     }
     let status = search.status().context("cannot start palmares-compare")?;
     ensure!(status.success(), "the search failed ({status})");
     Ok(())
 }
 
-/// Names the interpreter that has MuJoCo.
-const PYTHON: &str = "PALMARES_MUJOCO_PYTHON";
+/// The Python package of an engine.
+pub(crate) struct Package {
+    /// The engine, as its authors write it.
+    engine: &'static str,
+    /// The environment variable that names an interpreter with it.
+    pub variable: &'static str,
+    /// Its name, and that of its environment in the target directory.
+    module: &'static str,
+    /// What it imports.
+    imports: &'static str,
+    /// What pip installs.
+    needs: &'static [&'static str],
+}
 
-/// An interpreter with the package `mujoco`, in an environment in the target directory; made once.
-pub(crate) fn mujoco(program: &Path) -> Result<PathBuf> {
-    if let Some(named) = std::env::var_os(PYTHON) {
-        return Ok(named.into());
+pub(crate) const MUJOCO: Package = Package {
+    engine: "MuJoCo",
+    variable: "PALMARES_MUJOCO_PYTHON",
+    module: "mujoco",
+    imports: "import mujoco, numpy",
+    needs: &["mujoco>=4,<5", "numpy"],
+};
+
+/// There are wheels for Linux and for macOS on Arm alone.
+pub(crate) const DRAKE: Package = Package {
+    engine: "Drake",
+    variable: "PALMARES_DRAKE_PYTHON",
+    module: "drake",
+    imports: "import pydrake.multibody.plant, numpy",
+    needs: &["drake>=1.51,<2"],
+};
+
+impl Package {
+    /// An interpreter that has it, in an environment in the target directory; made once.
+    pub(crate) fn python(&self, program: &Path) -> Result<PathBuf> {
+        if let Some(named) = std::env::var_os(self.variable) {
+            return Ok(named.into());
+        }
+        let target = program.parent().and_then(Path::parent).context("the target directory")?;
+        let venv = target.join(self.module);
+        let python = venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+        let works = |python: &Path| python::succeeds(Command::new(python).args(["-c", self.imports]));
+        if works(&python) {
+            return Ok(python);
+        }
+        fs::create_dir_all(&venv)?;
+        python::create(&python::interpreter()?, &venv)?;
+        let mut pip = Command::new(&python);
+        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(self.needs);
+        let installed = pip.stdout(Stdio::null()).status().context("cannot start pip")?;
+        ensure!(installed.success() && works(&python), "pip could not install the package `{}`", self.module);
+        Ok(python)
     }
-    let target = program.parent().and_then(Path::parent).context("the target directory")?;
-    let venv = target.join("mujoco");
-    let python = venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    let works = |python: &Path| {
-        let mut check = Command::new(python);
-        python::succeeds(check.args(["-c", "import mujoco, numpy"]))
-    };
-    if works(&python) {
-        return Ok(python);
+
+    /// Tells a command the interpreter. Without one it goes on without this engine, and says so.
+    pub(crate) fn tell_if_it_can(&self, program: &Path, command: &mut Command) {
+        match self.python(program) {
+            Ok(python) => {
+                command.env(self.variable, python);
+            }
+            Err(error) => {
+                let engine = self.engine;
+                eprintln!("{engine} cannot be installed ({error:#}); the report goes on without it");
+            }
+        }
     }
-    fs::create_dir_all(&venv)?;
-    python::create(&python::interpreter()?, &venv)?;
-    let mut pip = Command::new(&python);
-    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "mujoco>=4,<5", "numpy"]);
-    let installed = pip.stdout(Stdio::null()).status().context("cannot start pip")?;
-    ensure!(installed.success() && works(&python), "pip could not install the package `mujoco`");
-    Ok(python)
 }

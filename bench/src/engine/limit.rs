@@ -93,6 +93,11 @@ pub fn with_own_limit<T>(run: impl FnOnce() -> T) -> T {
     }
 }
 
+/// The CPU time of the present run, s, where it has a limit.
+pub fn allowed_s() -> Option<f64> {
+    LIMIT.get().map(|limit| limit.allowed_s)
+}
+
 /// Whether the present run has used up its time.
 pub fn used_up() -> bool {
     LIMIT.get().is_some_and(|limit| limit.spent_s >= limit.allowed_s)
@@ -116,7 +121,7 @@ impl Engine for Limited {
         }
         let begin = ThreadTime::now();
         let cost = self.0.step(command)?;
-        // MuJoCo steps in another process, and reports its time.
+        // MuJoCo and Drake step in another process, and report their time.
         spend(cost.total_s.max(begin.elapsed().as_secs_f64()));
         // A run with a failed step is of no use; finishing it would take a report an hour.
         if LIMIT.get().is_some() && !self.0.outcome().converged {

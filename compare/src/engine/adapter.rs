@@ -142,8 +142,10 @@ impl Adapter {
             (Feature::FreeBase, 1),
         ],
     };
+    /// Drake's: rigid bodies alone, and Drake has no coefficient of restitution.
+    pub const DRAKE: Adapter = Adapter { engine: "drake", revision: 1, features: &[] };
     /// All.
-    pub const ALL: [Adapter; 2] = [Adapter::RAPIER, Adapter::MUJOCO];
+    pub const ALL: [Adapter; 3] = [Adapter::RAPIER, Adapter::MUJOCO, Adapter::DRAKE];
 
     /// Whether it passes on a scene.
     ///
@@ -188,8 +190,11 @@ mod tests {
     /// The hashes of the adapters' sources, beside this file.
     const HASHES: &str = "src/engine/adapter_sources.txt";
     /// Source files and folders of each adapter, from the folder of the crate.
-    const SOURCES: [(&str, &[&str]); 2] =
-        [("rapier", &["src/engine/rapier"]), ("mujoco", &["src/engine/mujoco", "python/mujoco_worker.py"])];
+    const SOURCES: [(&str, &[&str]); 3] = [
+        ("rapier", &["src/engine/rapier"]),
+        ("mujoco", &["src/engine/mujoco", "src/engine/worker.rs", "python/mujoco_worker.py"]),
+        ("drake", &["src/engine/drake", "src/engine/worker.rs", "python/drake_worker.py"]),
+    ];
 
     fn files(path: &Path) -> Vec<PathBuf> {
         if path.is_file() {

@@ -2,7 +2,7 @@
 
 use super::adapter::Adapter;
 use super::option_set::{self, Dimension, FoundSettings};
-use super::{mujoco, rapier};
+use super::{drake, mujoco, rapier};
 use anyhow::{Context, Result, bail, ensure};
 use palmares_bench::engine::limit::Limited;
 use palmares_bench::engine::{Engine, EngineFactory, OwnFactory};
@@ -20,6 +20,8 @@ pub enum EngineKind {
     Rapier(&'static rapier::Settings),
     /// MuJoCo, through its Python package.
     MuJoCo(&'static mujoco::Settings),
+    /// Drake, through its Python package.
+    Drake(&'static drake::Settings),
 }
 
 /// What a search found for an engine.
@@ -33,7 +35,7 @@ fn found(name: &str) -> &'static [FoundSettings] {
 
 impl EngineKind {
     /// Names of the engines.
-    pub const NAMES: [&str; 3] = ["own", "rapier", "mujoco"];
+    pub const NAMES: [&str; 4] = ["own", "rapier", "mujoco", "drake"];
 
     /// Every engine with each of the settings that reports play, ours first: the named ones, and those that a search found.
     pub fn all() -> impl Iterator<Item = EngineKind> {
@@ -50,6 +52,7 @@ impl EngineKind {
             "own" => vec![EngineKind::Own],
             "rapier" => rapier::SETTINGS.iter().map(EngineKind::Rapier).collect(),
             "mujoco" => mujoco::SETTINGS.iter().map(EngineKind::MuJoCo).collect(),
+            "drake" => drake::SETTINGS.iter().map(EngineKind::Drake).collect(),
             _ => Vec::new(),
         }
     }
@@ -64,9 +67,14 @@ impl EngineKind {
         self.factory().settings()
     }
 
-    /// Whether each of its steps ends: rapier does not return from some.
+    /// Whether each of its steps ends: rapier does not return from some. Drake's process ends with the limit of a run.
     pub fn always_returns(self) -> bool {
         !matches!(self, EngineKind::Rapier(_))
+    }
+
+    /// Whether it steps in a process of its own, which can play its steps again.
+    pub fn has_process(self) -> bool {
+        matches!(self, EngineKind::MuJoCo(_) | EngineKind::Drake(_))
     }
 
     /// Whether a report plays a scene with these settings: some are for scenes with a hand, and those that a search found
@@ -77,7 +85,7 @@ impl EngineKind {
             (_, Some(found)) => found.scenes.contains(&case),
             (EngineKind::Rapier(settings), None) => has_hand || !settings.hands_alone,
             (EngineKind::MuJoCo(settings), None) => has_hand || settings.differ_in(case),
-            (EngineKind::Own, None) => true,
+            (EngineKind::Own | EngineKind::Drake(_), None) => true,
         }
     }
 
@@ -87,6 +95,7 @@ impl EngineKind {
             EngineKind::Own => "the constants of `sim/src/config.rs`",
             EngineKind::Rapier(settings) => settings.about,
             EngineKind::MuJoCo(settings) => settings.about,
+            EngineKind::Drake(settings) => settings.about,
         }
     }
 
@@ -104,6 +113,11 @@ impl EngineKind {
                 (nameless.name, nameless.about) = ("", "");
                 format!("{nameless:?}")
             }
+            EngineKind::Drake(settings) => {
+                let mut nameless = *settings;
+                (nameless.name, nameless.about) = ("", "");
+                format!("{nameless:?}")
+            }
         }
     }
 
@@ -113,18 +127,20 @@ impl EngineKind {
             EngineKind::Own => None,
             EngineKind::Rapier(_) => Some(Adapter::RAPIER),
             EngineKind::MuJoCo(_) => Some(Adapter::MUJOCO),
+            EngineKind::Drake(_) => Some(Adapter::DRAKE),
         }
     }
 
     /// Its version.
     ///
     /// # Errors
-    /// MuJoCo is not there.
+    /// MuJoCo or Drake is not there.
     pub fn version(self) -> Result<String> {
         match self {
             EngineKind::Own => Ok(env!("CARGO_PKG_VERSION").to_owned()),
             EngineKind::Rapier(_) => Ok(rapier::VERSION.to_owned()),
             EngineKind::MuJoCo(_) => mujoco::version(),
+            EngineKind::Drake(_) => drake::version(),
         }
     }
 
@@ -170,6 +186,7 @@ impl EngineKind {
             EngineKind::MuJoCo(it) => {
                 EngineKind::MuJoCo(Box::leak(Box::new(it.with(wanted, about, changes)?)))
             }
+            EngineKind::Drake(it) => EngineKind::Drake(Box::leak(Box::new(it.with(wanted, about, changes)?))),
         };
         made.insert((base.name(), wanted), kind);
         Ok(kind)
@@ -183,6 +200,7 @@ impl EngineKind {
                 it.changes.iter().find(|(key, _)| *key == option).map(|(_, value)| *value)
             }
             EngineKind::MuJoCo(it) => it.get(option),
+            EngineKind::Drake(it) => it.get(option),
         };
         if has == Some(value) {
             return None;
@@ -194,7 +212,7 @@ impl EngineKind {
     /// The options that a search changes.
     pub fn space(self) -> &'static [Dimension] {
         match self {
-            EngineKind::Own => &[],
+            EngineKind::Own | EngineKind::Drake(_) => &[],
             EngineKind::Rapier(_) => rapier::SPACE,
             EngineKind::MuJoCo(_) => mujoco::SPACE,
         }
@@ -206,6 +224,7 @@ impl EngineKind {
             EngineKind::Own => &OwnFactory,
             EngineKind::Rapier(settings) => settings,
             EngineKind::MuJoCo(settings) => settings,
+            EngineKind::Drake(settings) => settings,
         }
     }
 }
@@ -237,5 +256,20 @@ impl EngineFactory for mujoco::Settings {
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
         Adapter::MUJOCO.takes(&model)?;
         Ok(Box::new(Limited(Box::new(mujoco::MuJoCo::new(model, state, self)?))))
+    }
+}
+
+impl EngineFactory for drake::Settings {
+    fn name(&self) -> &'static str {
+        EngineKind::NAMES[3]
+    }
+
+    fn settings(&self) -> &'static str {
+        self.name
+    }
+
+    fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
+        Adapter::DRAKE.takes(&model)?;
+        Ok(Box::new(Limited(Box::new(drake::Drake::new(model, state, self)?))))
     }
 }

@@ -41,9 +41,11 @@ fn rapier_stops_a_sliding_cube_near_where_coulomb_says() {
 #[test]
 fn unknown_names_are_refused_with_the_known_ones() {
     let message = EngineKind::from_names("other", None).expect_err("refused").to_string();
-    assert!(message.contains("known engines: own, rapier, mujoco"), "{message}");
+    assert!(message.contains("known engines: own, rapier, mujoco, drake"), "{message}");
     let message = EngineKind::from_names("mujoco", Some("stiff")).expect_err("refused").to_string();
     assert!(message.contains("known settings: default, ") && message.contains("stiff5"), "{message}");
+    let message = EngineKind::from_names("drake", Some("soft")).expect_err("refused").to_string();
+    assert!(message.contains("known settings: default, point_stiff, hydroelastic, "), "{message}");
 }
 
 #[test]

@@ -26,6 +26,7 @@ pub(super) fn ratio(result: &PeerResult) -> Option<f64> {
 pub(super) fn title(engine: &str) -> &str {
     match engine {
         "mujoco" => "MuJoCo",
+        "drake" => "Drake",
         other => other,
     }
 }

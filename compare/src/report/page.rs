@@ -71,8 +71,8 @@ fn head(page: &mut String, report: &Comparison) {
         format!(
             "*CPU time*: that of the stepping thread for one simulated second, the median of {repeats} runs, fewer where they take \
              more than {ENOUGH_S} s. It has no start of a process, no reading of poses and clocks, no writing of commands. Only what \
-             does its scene is timed. The engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are played \
-             again in one tight loop of its own, without the pipe."
+             does its scene is timed. The engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's and \
+             Drake's runs are played again in a tight loop of their own, without the pipe."
         ),
         "*Bare*: that time without parts that the others do not have. Of MuJoCo these are `multiccd` and `noslip`, of rapier its \
          tendon, which the adapter computes."

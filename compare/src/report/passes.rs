@@ -4,7 +4,7 @@ use super::comparison::{Run, Starts};
 use super::job::Job;
 use super::outcome_cache::OutcomeCache;
 use crate::child::{Failure, Task};
-use crate::engine::{EngineKind, mujoco};
+use crate::engine::{EngineKind, Recording};
 use crate::played::Played;
 use anyhow::Result;
 use palmares_bench::case_report::Times;
@@ -34,7 +34,7 @@ const QUICK_LONGEST_S: f64 = 0.5;
 /// A run is not timed again once it has taken this much wall time, s.
 pub(super) const ENOUGH_S: f64 = 1.0;
 
-/// Number of runs at once while the engines take turns with their timings: MuJoCo has a process for each.
+/// Number of runs at once while the engines take turns with their timings: MuJoCo and Drake have a process for each.
 pub(super) const TURNS: usize = 4;
 
 /// Options of the runs.
@@ -53,7 +53,7 @@ pub(super) fn reference_s(engine: EngineKind, quick: bool) -> f64 {
     match (engine, quick) {
         (EngineKind::Own, false) => 2e-5,
         (EngineKind::MuJoCo(_), false) => 5e-5,
-        (EngineKind::Rapier(_), false) => 1e-4,
+        (EngineKind::Rapier(_) | EngineKind::Drake(_), false) => 1e-4,
         (EngineKind::Rapier(_), true) => 1e-3,
         (_, true) => 2e-4,
     }
@@ -206,8 +206,8 @@ pub(super) fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec
             let finished = (case.run)(&setup, &mut recorder).is_ok();
             (finished || recorder.broke_off() || limit::used_up()).then(|| recorder.times())
         };
-        let clock: Box<dyn FnMut() -> Option<Times>> = if matches!(kind, EngineKind::MuJoCo(_)) {
-            let (first, mut recording) = mujoco::Recording::of(|| within(&mut play));
+        let clock: Box<dyn FnMut() -> Option<Times>> = if kind.has_process() {
+            let (first, mut recording) = Recording::of(|| within(&mut play));
             Box::new(move || {
                 let [total, bare] = recording.replay(longest_s).ok()?.map(|s| 1e6 * s);
                 Some(Times { total, bare, ..first? })

@@ -16,11 +16,12 @@ const LEFT: i32 = 215;
 
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Colour of an engine; the three differ in lightness as well, for prints and for the colour-blind.
+/// Colour of an engine; they differ in lightness as well, for prints and for the colour-blind.
 pub(super) fn colour(engine: &str) -> RGBColor {
     match engine {
         "own" => RGBColor(0, 90, 181),
         "rapier" => RGBColor(220, 120, 30),
+        "drake" => RGBColor(120, 20, 70),
         _ => RGBColor(110, 110, 110),
     }
 }

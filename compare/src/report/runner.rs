@@ -7,7 +7,7 @@ use super::judgement::judge;
 use super::outcome_cache::{OutcomeCache, Peers};
 use super::passes::{self, Conduct, Progress, reference_s};
 use super::{page, plots, sentinels, ticks};
-use crate::engine::{EngineKind, mujoco, rapier};
+use crate::engine::{EngineKind, drake, mujoco, rapier};
 use crate::peer_key::PeerRun;
 use crate::played::rules;
 use crate::scene_id::{self, Asked};
@@ -301,6 +301,7 @@ fn notes(options: &ComparisonOptions) -> Vec<EngineNote> {
             EngineKind::Own => own_notes(),
             EngineKind::Rapier(_) => rapier::notes(),
             EngineKind::MuJoCo(_) => mujoco::notes(),
+            EngineKind::Drake(_) => drake::notes(),
         };
         let chosen: Vec<&EngineKind> =
             options.engines.iter().filter(|other| other.name() == kind.name()).collect();

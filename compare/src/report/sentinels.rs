@@ -75,8 +75,11 @@ fn choose(jobs: &[Job], runs: &[Vec<Run>]) -> Vec<Place> {
         jobs.iter().filter(|job| !job.keys.is_empty()).map(|job| job.kind.name()).collect();
     peers.sort_unstable();
     peers.dedup();
-    let of_each = COUNT / peers.len().max(1);
-    peers.iter().flat_map(|peer| spread(candidates(jobs, runs, peer), of_each)).collect()
+    let ranks = peers.iter().map(|peer| candidates(jobs, runs, peer));
+    // A peer that has never been timed has none.
+    let ranks: Vec<_> = ranks.filter(|ranks| !ranks.is_empty()).collect();
+    let of_each = COUNT / ranks.len().max(1);
+    ranks.into_iter().flat_map(|ranks| spread(ranks, of_each)).collect()
 }
 
 /// A peer's candidates: the longest of each scene in the order of the scenes, then the second longest.
@@ -226,6 +229,10 @@ mod tests {
             assert!(!long_or_unknown, "{job} {step}");
         }
         assert_eq!(places, choose(&jobs, &runs), "the report alone decides");
+        let fresh = job("slide_stop", "drake");
+        let with: Vec<Vec<Run>> = runs.iter().cloned().chain([vec![run(&fresh, 1.0, 0.0)]]).collect();
+        let jobs: Vec<Job> = jobs.into_iter().chain([fresh]).collect();
+        assert_eq!(places, choose(&jobs, &with), "a peer without times takes no place");
         let few = choose(&jobs[..2], &runs[..2]);
         assert_eq!(few, [(1, 0), (1, 1), (0, 1)], "of one scene all that fit");
     }

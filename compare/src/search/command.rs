@@ -6,8 +6,8 @@ use super::page;
 use super::player::Engines;
 use super::plays::SearchScene;
 use super::table::{Found, Table};
-use crate::engine::{EngineKind, mujoco, rapier};
-use anyhow::{Context, Result, bail, ensure};
+use crate::engine::EngineKind;
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use palmares_bench::record::Record;
 use parking_lot::Mutex;
@@ -71,11 +71,8 @@ pub fn run(options: &SearchOptions) -> Result<()> {
         let scene = SearchScene::new(case, options.starts, options.grasps)?;
         for engine in &options.engines {
             let kind = EngineKind::from_names(engine, None)?;
-            let version = match kind {
-                EngineKind::MuJoCo(_) => mujoco::version()?,
-                EngineKind::Rapier(_) => rapier::VERSION.to_owned(),
-                EngineKind::Own => bail!("ours has one set of settings: there is nothing to search"),
-            };
+            ensure!(!kind.space().is_empty(), "{engine} has no options to search");
+            let version = kind.version()?;
             let is_this = |found: &Found| found.scene == *case && found.engine == *engine;
             if let Some(why) = scene.refused.get(kind.name()) {
                 println!("{case} {engine}: {why}");

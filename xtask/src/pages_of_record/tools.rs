@@ -2,7 +2,7 @@
 
 use crate::cargo::{build, build_extension};
 use crate::python::{Environment, succeeds};
-use crate::report::mujoco;
+use crate::report::{DRAKE, MUJOCO};
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::cell::OnceCell;
@@ -87,8 +87,15 @@ impl Tools {
         }
         let program = self.compare.get().context("palmares-compare")?;
         let mut compare = at_root(program);
-        let python = mujoco(program).context("MuJoCo, which the pages are beside")?;
-        compare.env("PALMARES_MUJOCO_PYTHON", python);
+        let python = MUJOCO.python(program).context("MuJoCo, which the pages are beside")?;
+        compare.env(MUJOCO.variable, python);
+        Ok(compare)
+    }
+
+    /// The same with a Python that has Drake, where there is one.
+    pub(super) fn compare_with_drake(&self) -> Result<Command> {
+        let mut compare = self.compare()?;
+        DRAKE.tell_if_it_can(self.compare.get().context("palmares-compare")?, &mut compare);
         Ok(compare)
     }
 

@@ -4,10 +4,10 @@ mod export;
 mod mjcf;
 mod settings;
 mod surface;
-mod worker;
 
 use super::adapter::{Adapter, NotPlayed};
-use anyhow::{Context, Result, bail};
+use super::worker::{self, Program, SharedWorker, Worker};
+use anyhow::{Result, bail};
 pub use export::Exported;
 use mjcf::{Base, Document};
 use palmares_bench::engine::{Cost, Engine};
@@ -17,52 +17,32 @@ use palmares_sim::{BaseCommand, Command, Model, Push, State};
 use palmares_sim::{ContactForce, StepOutcome};
 use parry3d_f64::glamx::EulerRot;
 pub use settings::{FOUND, SETTINGS, SPACE, Settings};
-use std::cell::RefCell;
-use std::rc::Rc;
 use std::sync::Arc;
-use worker::{Touch, Worker};
-pub use worker::{python, version};
+
+/// Its process.
+const PROGRAM: Program = Program {
+    engine: "MuJoCo",
+    python: "PALMARES_MUJOCO_PYTHON",
+    text: include_str!("../../../python/mujoco_worker.py"),
+    version: "import mujoco, numpy; print(mujoco.__version__)",
+};
+
+/// The interpreter: the environment variable `PALMARES_MUJOCO_PYTHON`, or `python3`.
+pub fn python() -> String {
+    PROGRAM.interpreter()
+}
+
+/// The installed version of MuJoCo.
+///
+/// # Errors
+/// No such interpreter, or it has no package `mujoco`.
+pub fn version() -> Result<String> {
+    PROGRAM.version()
+}
 
 /// Notes on all settings, for the report.
 pub fn notes() -> Vec<String> {
     mjcf::notes()
-}
-
-thread_local! {
-    static STARTED: RefCell<Option<Vec<SharedWorker>>> = const { RefCell::new(None) };
-}
-
-type SharedWorker = Rc<RefCell<Worker>>;
-
-/// The scenes that MuJoCo has played in a case, to be played again in a tight loop of its own: a process that
-/// waits for requests has cold caches, which would count against it.
-pub struct Recording(Vec<SharedWorker>);
-
-impl Recording {
-    /// Runs a case and keeps its scenes.
-    pub fn of<T>(case: impl FnOnce() -> T) -> (T, Self) {
-        STARTED.set(Some(Vec::new()));
-        let outcome = case();
-        (outcome, Recording(STARTED.take().unwrap_or_default()))
-    }
-
-    /// Plays all scenes again, each for at most `longest_s` of CPU time. CPU time per step, s, averaged by their steps: all
-    /// of it, and that of the same steps without `multiccd` and `noslip`.
-    ///
-    /// # Errors
-    /// MuJoCo has stopped.
-    pub fn replay(&mut self, longest_s: f64) -> Result<[f64; 2]> {
-        let (mut sums, mut steps) = ([0.0; 2], 0);
-        for worker in &self.0 {
-            let mut worker = worker.borrow_mut();
-            let spent = worker.replay(longest_s)?;
-            for (sum, spent) in sums.iter_mut().zip(spent) {
-                *sum += worker.steps as f64 * spent;
-            }
-            steps += worker.steps;
-        }
-        Ok(sums.map(|sum| sum / steps.max(1) as f64))
-    }
 }
 
 /// The scene as a document with MuJoCo's own settings; none if it has no equivalent.
@@ -113,7 +93,7 @@ impl MuJoCo {
     pub(super) fn new(model: Arc<Model>, state: State, settings: &Settings) -> Result<Self> {
         let document = mjcf::document(&model, &state, settings)
             .ok_or_else(|| NotPlayed("its adapter has no equivalent of this scene".into()))?;
-        let worker = Rc::new(RefCell::new(Worker::start(&document.xml)?));
+        let worker = worker::shared(Worker::start(&PROGRAM, &document.xml)?);
         let base = Base::of(&model);
         let start = state.base;
         let outcome = StepOutcome { converged: true, ..StepOutcome::default() };
@@ -127,7 +107,6 @@ impl MuJoCo {
         if sizes != expected {
             bail!("MuJoCo made nq, nv, nu = {sizes:?} of a scene of {expected:?}");
         }
-        STARTED.with_borrow_mut(|all| all.iter_mut().for_each(|all| all.push(Rc::clone(&mujoco.worker))));
         Ok(mujoco)
     }
 
@@ -166,11 +145,16 @@ impl MuJoCo {
     fn load(&mut self, command: &Command) -> Result<()> {
         let on = command.base != BaseCommand::Free;
         if self.base == Base::Servo && on != self.servo_on {
-            self.worker.borrow_mut().servo(on)?;
+            self.worker.borrow_mut().write(b'B', &[&[f64::from(u8::from(on))]])?;
             self.servo_on = on;
         }
         if command.pushes != self.pushes {
-            self.worker.borrow_mut().forces(&command.pushes)?;
+            let row = |push: &Push| {
+                let [point, force] = [push.point, push.force].map(|vector| vector.to_array());
+                [vec![push.link as f64], point.to_vec(), force.to_vec()].concat()
+            };
+            let rows: Vec<f64> = command.pushes.iter().flat_map(row).collect();
+            self.worker.borrow_mut().write(b'F', &[&[command.pushes.len() as f64], &rows])?;
             self.pushes.clone_from(&command.pushes);
         }
         Ok(())
@@ -309,25 +293,6 @@ impl Engine for MuJoCo {
     }
 
     fn contacts(&mut self) -> Result<Vec<ContactForce>> {
-        let touches = self.worker.borrow_mut().contacts()?;
-        let owner = |name: f64| {
-            let known = self.document.owners.get(name as usize).copied();
-            known.context("MuJoCo reported a shape that the scene does not have")
-        };
-        let vector = |touch: &Touch, at: usize| Vec3::new(touch[at], touch[at + 1], touch[at + 2]);
-        let force = |touch: &Touch| {
-            Ok(ContactForce {
-                a: owner(touch[0])?,
-                b: owner(touch[1])?,
-                colliders: (touch[0] as u32, touch[1] as u32),
-                position: vector(touch, 2),
-                friction_at: vector(touch, 2),
-                normal: vector(touch, 5),
-                force: vector(touch, 8),
-                torque: Vec3::ZERO,
-                distance: touch[11],
-            })
-        };
-        touches.iter().map(force).collect()
+        self.worker.borrow_mut().contacts(&self.document.owners)
     }
 }
