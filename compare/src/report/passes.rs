@@ -27,8 +27,8 @@ pub(super) const STARTS: u32 = 8;
 /// agree.
 pub(super) const FEW_STARTS: u32 = 4;
 
-/// A timing run ends after this much CPU time, s; hardly any run takes longer. The second is that of a quick report.
-pub(super) const LONGEST_S: f64 = 3.0;
+/// A timing run ends after this much CPU time, s; a grasp takes less. The second is that of a quick report.
+pub(super) const LONGEST_S: f64 = 1.0;
 const QUICK_LONGEST_S: f64 = 0.5;
 
 /// A run is not timed again once it has taken this much wall time, s.
