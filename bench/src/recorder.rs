@@ -7,6 +7,7 @@ use crate::overlap;
 use anyhow::{Result, bail};
 use palmares_sim::{Command, Model};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// CPU time of the stepping thread, its split by phase, and errors.
 #[derive(Default)]
@@ -23,20 +24,24 @@ pub struct Recorder {
     nearest: (f64, f64),
     iterations: u64,
     iterations_max: usize,
-    longest_s: Option<f64>,
+    /// Largest CPU time, s, and the begin of the run.
+    longest: Option<(f64, Instant)>,
     /// The measurements of the case on a hand.
     pub measured: Vec<Measured>,
 }
 
 impl Recorder {
-    /// A recorder that ends a run after this CPU time, s, for timings that need only its first part.
+    /// A recorder that ends a run after this CPU time of steps, s, for timings that need only its first part; and after twice this
+    /// time of the clock, where a case starts scene after scene.
     pub fn for_at_most(longest_s: f64) -> Self {
-        Recorder { longest_s: Some(longest_s), ..Recorder::default() }
+        Recorder { longest: Some((longest_s, Instant::now())), ..Recorder::default() }
     }
 
     /// Whether it ended the run.
     pub fn broke_off(&self) -> bool {
-        self.longest_s.is_some_and(|longest| self.total_s > longest)
+        self.longest.is_some_and(|(longest_s, begun)| {
+            self.total_s > longest_s || begun.elapsed().as_secs_f64() > 2.0 * longest_s
+        })
     }
 
     /// One step.
