@@ -244,9 +244,7 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--server", action="store_true", help="measure a server, too")
-    parser.add_argument(
-        "--output", type=output_file, metavar="PAGE", help="write the tables into a page"
-    )
+    parser.add_argument("--output", type=output_file, metavar="PAGE", help="write the tables into a page")
     parser.add_argument(
         "--mjcf",
         type=Path,
