@@ -61,32 +61,20 @@ clock = time.thread_time_ns
 
 def transform(pose):
     """From a place and a quaternion w, x, y, z."""
-    return RigidTransform(
-        Quaternion(wxyz=np.array(pose[3:]) / np.linalg.norm(pose[3:])), pose[:3]
-    )
+    return RigidTransform(Quaternion(wxyz=np.array(pose[3:]) / np.linalg.norm(pose[3:])), pose[:3])
 
 
 def shape_of(shape):
     kind, size = shape["kind"], shape["size"]
     if kind == "convex":
         return Convex(points=np.reshape(size, (-1, 3)).T, label="hull")
-    return {
-        "sphere": Sphere,
-        "box": Box,
-        "capsule": Capsule,
-        "cylinder": Cylinder,
-        "half_space": HalfSpace,
-    }[kind](*size)
+    return {"sphere": Sphere, "box": Box, "capsule": Capsule, "cylinder": Cylinder, "half_space": HalfSpace}[kind](*size)
 
 
 def smallest(shape):
     """Its smallest size."""
     kind, size = shape["kind"], shape["size"]
-    return (
-        min(np.ptp(np.reshape(size, (-1, 3)), axis=0))
-        if kind == "convex"
-        else min(size, default=1.0)
-    )
+    return min(np.ptp(np.reshape(size, (-1, 3)), axis=0)) if kind == "convex" else min(size, default=1.0)
 
 
 class Scene:
@@ -98,9 +86,7 @@ class Scene:
         builder = DiagramBuilder()
         plant = MultibodyPlantConfig(time_step=self.dt, **described["plant"])
         # The type is given to each shape below.
-        self.hydroelastic = (
-            described["proximity"].pop("compliance_type", "undefined") != "undefined"
-        )
+        self.hydroelastic = described["proximity"].pop("compliance_type", "undefined") != "undefined"
         shapes = DefaultProximityProperties(**described["proximity"])
         self.modulus = shapes.hydroelastic_modulus
         graph = SceneGraphConfig(default_proximity_properties=shapes)
@@ -112,18 +98,9 @@ class Scene:
         self.bodies = []
         for k, each in enumerate(described["bodies"]):
             mass, inertia = each["mass"], np.reshape(each["inertia"], (3, 3))
-            turning = RotationalInertia(
-                *(inertia[i, i] for i in range(3)),
-                inertia[0, 1],
-                inertia[0, 2],
-                inertia[1, 2],
-            )
-            unit = UnitInertia(
-                *(turning.get_moments() / mass), *(turning.get_products() / mass)
-            )
-            body = self.plant.AddRigidBody(
-                f"body{k}", SpatialInertia(mass, np.zeros(3), unit)
-            )
+            turning = RotationalInertia(*(inertia[i, i] for i in range(3)), inertia[0, 1], inertia[0, 2], inertia[1, 2])
+            unit = UnitInertia(*(turning.get_moments() / mass), *(turning.get_products() / mass))
+            body = self.plant.AddRigidBody(f"body{k}", SpatialInertia(mass, np.zeros(3), unit))
             self.bodies.append(body)
             for collider in each["colliders"]:
                 self.add(body, collider)
@@ -142,14 +119,10 @@ class Scene:
         if self.hydroelastic and shape["kind"] not in ("sphere", "capsule"):
             edge = RESOLUTION * smallest(shape)
             if body is self.plant.world_body():
-                AddRigidHydroelasticProperties(
-                    resolution_hint=edge, properties=properties
-                )
+                AddRigidHydroelasticProperties(resolution_hint=edge, properties=properties)
             else:
                 AddCompliantHydroelasticProperties(
-                    resolution_hint=edge,
-                    hydroelastic_modulus=self.modulus,
-                    properties=properties,
+                    resolution_hint=edge, hydroelastic_modulus=self.modulus, properties=properties
                 )
         name = f"g{collider['number']}"
         geometry = self.plant.RegisterCollisionGeometry(
@@ -159,13 +132,9 @@ class Scene:
 
     def push(self, poses, velocities):
         for k, body in enumerate(self.bodies):
-            self.plant.SetFreeBodyPose(
-                self.context, body, transform(poses[7 * k : 7 * k + 7])
-            )
+            self.plant.SetFreeBodyPose(self.context, body, transform(poses[7 * k : 7 * k + 7]))
             v = velocities[6 * k : 6 * k + 6]
-            self.plant.SetFreeBodySpatialVelocity(
-                self.context, body, SpatialVelocity(w=v[3:], v=v[:3])
-            )
+            self.plant.SetFreeBodySpatialVelocity(self.context, body, SpatialVelocity(w=v[3:], v=v[:3]))
 
     def force(self, loads):
         """Forces and torques of the bodies."""
@@ -196,9 +165,7 @@ class Scene:
         """Ends this process if it goes on for longer than a run may."""
         if self.limit_s is not None:
             until = math.ceil(time.process_time() + self.limit_s) + 1
-            resource.setrlimit(
-                resource.RLIMIT_CPU, (until, resource.getrlimit(resource.RLIMIT_CPU)[1])
-            )
+            resource.setrlimit(resource.RLIMIT_CPU, (until, resource.getrlimit(resource.RLIMIT_CPU)[1]))
 
     def advance(self, steps):
         """CPU time of steps, ns."""
@@ -212,11 +179,7 @@ class Scene:
 
     def overlap(self):
         """The deepest of a pair of shapes."""
-        pairs = (
-            self.plant.get_geometry_query_input_port()
-            .Eval(self.context)
-            .ComputePointPairPenetration()
-        )
+        pairs = self.plant.get_geometry_query_input_port().Eval(self.context).ComputePointPairPenetration()
         return max((pair.depth for pair in pairs), default=0.0)
 
     def contacts(self):
@@ -228,15 +191,7 @@ class Scene:
             pair = info.point_pair()
             # Its normal points from the second shape to the first.
             numbers = self.numbers[pair.id_A], self.numbers[pair.id_B]
-            rows.append(
-                [
-                    *numbers,
-                    *info.contact_point(),
-                    *-pair.nhat_BA_W,
-                    *info.contact_force(),
-                    -pair.depth,
-                ]
-            )
+            rows.append([*numbers, *info.contact_point(), *-pair.nhat_BA_W, *info.contact_force(), -pair.depth])
         for i in range(results.num_hydroelastic_contacts()):
             info = results.hydroelastic_contact_info(i)
             surface = info.contact_surface()
@@ -288,11 +243,7 @@ def main():
     source, sink = sys.stdin.buffer, sys.stdout.buffer
 
     def answer(*parts):
-        sink.write(
-            np.concatenate([np.atleast_1d(part) for part in parts])
-            .astype(float)
-            .tobytes()
-        )
+        sink.write(np.concatenate([np.atleast_1d(part) for part in parts]).astype(float).tobytes())
         sink.flush()
 
     (length,) = struct.unpack("<Q", read(source, 8))

@@ -62,16 +62,10 @@ class Base:
     """The servo of the base: the gains and biases of its six actuators, the first of a document."""
 
     def __init__(self, model):
-        self.gain, self.bias = (
-            model.actuator_gainprm[:6].copy(),
-            model.actuator_biasprm[:6].copy(),
-        )
+        self.gain, self.bias = model.actuator_gainprm[:6].copy(), model.actuator_biasprm[:6].copy()
 
     def turn(self, model, on):
-        model.actuator_gainprm[:6], model.actuator_biasprm[:6] = (
-            on * self.gain,
-            on * self.bias,
-        )
+        model.actuator_gainprm[:6], model.actuator_biasprm[:6] = on * self.gain, on * self.bias
 
 
 def push(model, data, rows):
@@ -81,9 +75,7 @@ def push(model, data, rows):
     for row in rows:
         body = model.body(f"link{int(row[0])}").id
         at = data.xpos[body] + data.xmat[body].reshape(3, 3) @ row[1:4]
-        data.xfrc_applied[body] += np.concatenate(
-            [row[4:], np.cross(at - data.xipos[body], row[4:])]
-        )
+        data.xfrc_applied[body] += np.concatenate([row[4:], np.cross(at - data.xipos[body], row[4:])])
 
 
 def replay(model, base, start, log, longest_ns):
@@ -103,15 +95,7 @@ def replay(model, base, start, log, longest_ns):
                 push(model, data, forces)
             if bare is not model:
                 loads = (data.xfrc_applied.copy(), on) if loaded else None
-                states.append(
-                    (
-                        data.qpos.copy(),
-                        data.qvel.copy(),
-                        data.qacc_warmstart.copy(),
-                        values,
-                        loads,
-                    )
-                )
+                states.append((data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy(), values, loads))
             begin = clock()
             step(model, data)
             total += clock() - begin
@@ -131,12 +115,7 @@ def replay(model, base, start, log, longest_ns):
         data, lesser = mujoco.MjData(bare), 0
         base.turn(bare, 1.0)
         for qpos, qvel, warm, ctrl, loads in states:
-            data.qpos[:], data.qvel[:], data.qacc_warmstart[:], data.ctrl[:] = (
-                qpos,
-                qvel,
-                warm,
-                ctrl,
-            )
+            data.qpos[:], data.qvel[:], data.qacc_warmstart[:], data.ctrl[:] = qpos, qvel, warm, ctrl
             if loads:
                 data.xfrc_applied[:], on = loads
                 base.turn(bare, on)
@@ -157,9 +136,7 @@ def contacts(model, data):
         mujoco.mj_contactForce(model, data, k, wrench)
         frame = contact.frame.reshape(3, 3)
         names = [int(model.geom(geom).name[1:]) for geom in contact.geom]
-        rows.append(
-            [*names, *contact.pos, *frame[0], *(frame.T @ wrench[:3]), contact.dist]
-        )
+        rows.append([*names, *contact.pos, *frame[0], *(frame.T @ wrench[:3]), contact.dist])
     return np.array(rows)
 
 
@@ -167,11 +144,7 @@ def main():
     source, sink = sys.stdin.buffer, sys.stdout.buffer
 
     def answer(*parts):
-        sink.write(
-            np.concatenate([np.atleast_1d(part) for part in parts])
-            .astype(float)
-            .tobytes()
-        )
+        sink.write(np.concatenate([np.atleast_1d(part) for part in parts]).astype(float).tobytes())
         sink.flush()
 
     (length,) = struct.unpack("<Q", read(source, 8))
