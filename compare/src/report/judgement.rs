@@ -35,15 +35,14 @@ mod tests {
             assert!(results == report.results, "{file}: `palmares-compare page` judges it again");
             said.extend(results.into_iter().map(|it| ((it.case.clone(), it.peer.clone()), it.words())));
         }
-        for (case, peer, words) in [
-            ("momentum_inelastic_hit", "mujoco", "not played"),
-            ("bounce_zeno", "mujoco", "not played"),
-            // By an adapter that passed on the mean of two coefficients.
-            ("bounce_zeno", "rapier", "not played"),
-            ("newton_cradle", "mujoco", "not played"),
-            ("kapla", "mujoco", "undecided; 32 of the peer's 35 runs are unfinished"),
-        ] {
-            assert_eq!(said[&(case.to_owned(), peer.to_owned())], words, "{case}");
+        let said = |case: &str, peer: &str| &*said[&(case.to_owned(), peer.to_owned())];
+        // rapier has no friction against spin and rolling, nor dry friction of joints.
+        for case in ["softhand_balls", "thirty_objects_and_hand", "dense_heap_and_hand", "hard_overlap"] {
+            assert_eq!(said(case, "rapier"), "not played", "{case}");
         }
+        for case in ["momentum_inelastic_hit", "bounce_zeno", "mass_ratio", "softhand_balls"] {
+            assert!(said(case, "mujoco").contains("ours is never slower"), "{case}: it is played, and done");
+        }
+        assert!(said("kapla", "mujoco").contains("unfinished"), "{}", said("kapla", "mujoco"));
     }
 }

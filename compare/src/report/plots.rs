@@ -383,7 +383,11 @@ mod tests {
             draw(&report, folder.path()).expect("drawn");
             std::fs::read_to_string(folder.path().join("kapla.svg")).expect("written")
         };
-        assert!(said(|_| ()).contains("mujoco: unfinished"));
+        let unfinished = said(|run| {
+            run.unfinished = true;
+            run.trouble = Some("not finished within 100 s".into());
+        });
+        assert!(unfinished.contains("mujoco: unfinished"));
         assert!(said(|run| run.unfinished = false).contains("mujoco: no step"));
         assert!(said(|run| run.not_played = true).contains("mujoco: not played"));
         let bars = std::fs::read_to_string(folder.path().join("stable.svg")).expect("written");
