@@ -1,7 +1,7 @@
 //! Settings that are named settings with some options changed: `stiff5+multiccd=disable+noslip_iterations=10`. Where a value
 //! has blanks, the name has commas.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use parking_lot::Mutex;
 use std::collections::BTreeMap;
 
@@ -19,6 +19,29 @@ pub struct FoundSettings {
     pub settings: &'static str,
     /// Cases.
     pub scenes: &'static [&'static str],
+}
+
+/// The value of an option.
+pub(super) fn get(options: EngineOptions, option: &str) -> Option<&'static str> {
+    options.iter().rev().find(|(key, _)| *key == option).map(|(_, value)| *value)
+}
+
+/// Whether an engine has these options.
+///
+/// # Errors
+/// There is no option of such a name.
+pub(super) fn check<'a>(
+    engine: &str,
+    options: EngineOptions,
+    known: impl Iterator<Item = &'a &'static str> + Clone,
+) -> Result<()> {
+    for (key, _) in options {
+        if !known.clone().any(|it| it == key) {
+            let names: Vec<&str> = known.copied().collect();
+            bail!("unknown option `{key}` of {engine}; known options: {}", names.join(", "));
+        }
+    }
+    Ok(())
 }
 
 /// The mark before a changed option.

@@ -1,8 +1,8 @@
 //! Named settings of Drake. They follow the documentation of `MultibodyPlantConfig`, `DefaultProximityProperties` and
 //! `DiscreteContactApproximation`, version 1.51, and the Hydroelastic Contact User Guide. An option has the name of its field.
 
-use crate::engine::option_set::EngineOptions;
-use anyhow::{Result, bail};
+use crate::engine::option_set::{self, EngineOptions};
+use anyhow::Result;
 use serde_json::{Map, Value};
 
 /// Drake's options, by the names of their fields; what is not named keeps Drake's default.
@@ -96,17 +96,12 @@ impl Settings {
         changes: EngineOptions,
     ) -> Result<Self> {
         let known = PLANT.iter().chain(&PROXIMITY);
-        for (key, _) in changes {
-            if !known.clone().any(|it| it == key) {
-                let names: Vec<&str> = known.copied().collect();
-                bail!("unknown option `{key}` of drake; known options: {}", names.join(", "));
-            }
-        }
+        option_set::check("drake", changes, known)?;
         Ok(Settings { name, about, options: [self.options, changes].concat().leak() })
     }
 
     pub(in crate::engine) fn get(&self, option: &str) -> Option<&'static str> {
-        self.options.iter().rev().find(|(key, _)| *key == option).map(|(_, value)| *value)
+        option_set::get(self.options, option)
     }
 
     /// Fields of `MultibodyPlantConfig`.

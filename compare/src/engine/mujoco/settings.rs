@@ -1,8 +1,8 @@
 //! Named settings of MuJoCo. They follow the chapters "Modeling" (solver parameters, preventing slip, tuning)
 //! and "Computation" (integrators) of its documentation, version 4.0. An option has the name of its MJCF attribute.
 
-use crate::engine::option_set::{Dimension, EngineOptions, FoundSettings};
-use anyhow::{Result, bail};
+use crate::engine::option_set::{self, Dimension, EngineOptions, FoundSettings};
+use anyhow::Result;
 
 /// MuJoCo's options, by the names of their MJCF attributes; what is not named keeps MuJoCo's default.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,18 +66,13 @@ impl Settings {
         changes: EngineOptions,
     ) -> Result<Self> {
         let known = OPTION.iter().chain(&FLAG).chain(&CONTACT).chain(&OTHER);
-        for (key, _) in changes {
-            if !known.clone().any(|it| it == key) {
-                let names: Vec<&str> = known.copied().collect();
-                bail!("unknown option `{key}` of mujoco; known options: {}", names.join(", "));
-            }
-        }
+        option_set::check("mujoco", changes, known)?;
         let options = [self.options, changes].concat().leak();
         Ok(Settings { name, about, options })
     }
 
     pub(in crate::engine) fn get(&self, option: &str) -> Option<&'static str> {
-        self.options.iter().rev().find(|(key, _)| *key == option).map(|(_, value)| *value)
+        option_set::get(self.options, option)
     }
 
     fn attributes(&self, of: &[&str], ending: &str) -> String {
