@@ -24,7 +24,7 @@ use palmares_worlds::compute::Compute;
 use palmares_worlds::world::backlog::Gate;
 use palmares_worlds::world::realtime::RealtimeWorld;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::{Mutex, oneshot};
 
 /// Time until the next attempt to store a result.
@@ -320,6 +320,14 @@ impl Session {
         if let Some(live) = run.realtime() {
             self.machine.stepped(live.tick_now(), now);
         }
+        self.tell_end();
+    }
+
+    /// Tells a realtime world when the session's time is spent.
+    fn tell_end(&self) {
+        if let Some(live) = self.realtime() {
+            live.end_at(self.machine.clock().ends_in(self.now()).map(|left| Instant::now() + left));
+        }
     }
 
     /// The next message from an organizer or a new connection. `held` as in [`Session::claimed`].
@@ -364,7 +372,7 @@ impl Session {
         warning
     }
 
-    /// Shows the clock to organizers and spectators, and to [`Sessions::save_clocks`].
+    /// Shows the clock to organizers and spectators, to a realtime world, and to [`Sessions::save_clocks`].
     pub(super) fn show_clock(&self) {
         // A clock and the refunds that it includes are saved together.
         let saving = match self.machine.before_run() {
@@ -373,6 +381,7 @@ impl Session {
             None => Saving::Present,
         };
         self.shared.clocks.show(&self.held.session_id, self.held.epoch, self.machine.clock(), saving);
+        self.tell_end();
     }
 
     /// Shows the clock. Saves it for a later process, with `now` or while refunds are not saved yet.

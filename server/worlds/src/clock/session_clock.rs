@@ -306,6 +306,14 @@ impl SessionClock {
         Some(MARKS_S[passed - 1])
     }
 
+    /// Time until the session's time is spent, if nothing is simulated until then: zero after the end, None while the clock stands.
+    pub fn ends_in(&self, now: Duration) -> Option<Duration> {
+        if self.is_over(now) {
+            return Some(Duration::ZERO);
+        }
+        Some(self.since?.saturating_sub(now) + Duration::from_secs_f64(self.left_s(now)?))
+    }
+
     /// Time until the next mark or the end, if nothing is simulated until then.
     pub fn next_change(&self, now: Duration) -> Option<Duration> {
         let held = self.since?.saturating_sub(now);
@@ -328,8 +336,9 @@ mod tests {
     fn it_stops_until_the_first_reset() {
         let mut clock = SessionClock::new(Some(100.0));
         assert_eq!(clock.left_s(at(50.0)), Some(100.0));
-        assert_eq!(clock.next_change(at(50.0)), None);
+        assert_eq!((clock.next_change(at(50.0)), clock.ends_in(at(50.0))), (None, None));
         clock.start(at(50.0));
+        assert_eq!(clock.ends_in(at(60.0)), Some(Duration::from_secs(90)));
         clock.start(at(60.0));
         assert_eq!(clock.left_s(at(70.0)), Some(80.0));
     }
@@ -428,6 +437,7 @@ mod tests {
         );
         // 31 s until 60 s are left, after the hold.
         assert_eq!(clock.next_change(at(12.0)), Some(Duration::from_secs(8 + 31)));
+        assert_eq!(clock.ends_in(at(12.0)), Some(Duration::from_secs(8 + 91)));
         // Neither a refund nor a grant ends the hold, and a later one replaces it.
         clock.refund(Spent { wall_s: 2.0, simulated_s: 0.0 }, at(15.0));
         clock.grant(7.0, at(15.0));
@@ -523,7 +533,7 @@ mod tests {
         assert_eq!(clock.next_change(at(1.0)), Some(Duration::from_secs(49)));
         assert_eq!(clock.warning(at(50.0)), Some(10));
         assert_eq!(clock.next_change(at(50.0)), Some(Duration::from_secs(10)));
-        assert_eq!(clock.next_change(at(60.0)), None);
+        assert_eq!((clock.next_change(at(60.0)), clock.ends_in(at(60.0))), (None, Some(Duration::ZERO)));
     }
 
     #[test]

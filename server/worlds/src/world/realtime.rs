@@ -54,6 +54,8 @@ struct Inbox {
     /// Generation of the pacer entry; entries of older generations are ignored.
     generation: u64,
     paused: bool,
+    /// When the session's time is spent: no tick begins then or later. None while its clock stands, or without a limit.
+    ends: Option<Instant>,
 }
 
 struct Ticking {
@@ -140,7 +142,14 @@ impl RealtimeWorld {
             official,
             gate,
             scheduler,
-            inbox: Mutex::new(Inbox { action: None, shots: vec![], tick, generation: 0, paused: false }),
+            inbox: Mutex::new(Inbox {
+                action: None,
+                shots: vec![],
+                tick,
+                generation: 0,
+                paused: false,
+                ends: None,
+            }),
             ticking: Mutex::new(Ticking { world: Some(world), pace }),
             stream: Mutex::new(Stream { last, ..Stream::default() }),
             notify: Notify::new(),
@@ -177,6 +186,11 @@ impl RealtimeWorld {
             next.effort = action.effort;
         }
         Ok(inbox.tick + 1)
+    }
+
+    /// The session's time is spent at this moment: from then on the world stands until its run is closed or the session has more time.
+    pub fn end_at(&self, ends: Option<Instant>) {
+        self.inbox.lock().ends = ends;
     }
 
     /// Calls `work` with the world, between two ticks. None after the run was closed.
@@ -346,15 +360,19 @@ impl Paced for RealtimeWorld {
         let permit = self.scheduler.permit_blocking(Urgency::realtime(self.official, due));
         let mut ticking = self.ticking.lock();
         let Ticking { world: Some(world), pace } = &mut *ticking else { return None };
+        let now = Instant::now();
         let (fresh, shots) = {
             let mut inbox = self.inbox.lock();
             if inbox.generation != generation {
                 return None;
             }
+            if inbox.ends.is_some_and(|ends| now >= ends) {
+                pace.postpone(now);
+                return Some(pace.due());
+            }
             inbox.tick += 1;
             (inbox.action.take(), std::mem::take(&mut inbox.shots))
         };
-        let now = Instant::now();
         let (late, source) = pace.begin(now, fresh.is_some());
         self.scheduler.load().was_late(now, late);
         METRICS.began(late, source == ActionSource::Fresh);

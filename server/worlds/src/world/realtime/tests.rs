@@ -137,6 +137,23 @@ fn a_run_that_is_cut_short_says_why_in_its_last_observation() {
 }
 
 #[test]
+fn no_tick_begins_after_the_end_of_the_session_unless_it_gets_more_time() {
+    let live = live(Stub::default());
+    assert!(live.tick(0).is_some());
+    // As late as a busy machine likes: the tick before was made in time, this one is not.
+    live.end_at(Some(Instant::now()));
+    for _ in 0..3 {
+        assert!(live.tick(0).expect("it tries again") > Instant::now());
+        assert_eq!(live.tick_now(), 1);
+    }
+    live.end_at(Some(Instant::now() + std::time::Duration::from_secs(60)));
+    assert!(live.tick(0).is_some());
+    live.end_at(None);
+    assert!(live.tick(0).is_some());
+    assert_eq!(live.tick_now(), 3);
+}
+
+#[test]
 fn a_world_with_too_many_unstored_ticks_stands_until_they_are_stored() {
     use crate::world::backlog::{Backlog, MAX_UNSTORED};
     let backlog = Backlog::new();
