@@ -36,14 +36,14 @@ digits of the content hashes of the hands, tasks and controllers that it plays, 
 pub fn text() -> Result<String> {
     let mut text = HEAD.to_owned();
     let parts = parts();
-    text += "## Parts\n\n| part | what | usual hours on two cores | pages |\n|---|---|---|---|\n";
-    for RecordPart { name, about, hours, pages, .. } in &parts {
+    text += "## Parts\n\n| part | what | usual minutes on two cores | pages |\n|---|---|---|---|\n";
+    for RecordPart { name, about, minutes, pages, .. } in &parts {
         let shown = |page: &String| if root().join(page).exists() { link(page) } else { page.clone() };
         let pages: Vec<String> = pages.iter().map(shown).collect();
-        writeln!(text, "| {name} | {about} | {hours} | {} |", pages.join(", "))?;
+        writeln!(text, "| {name} | {about} | {minutes} | {} |", pages.join(", "))?;
     }
-    let all: f64 = parts.iter().map(|part| part.hours).sum();
-    writeln!(text, "\nTogether {all:.1} hours.")?;
+    let all: f64 = parts.iter().map(|part| part.minutes).sum();
+    writeln!(text, "\nTogether {all:.0} minutes.")?;
     text += "\n## Engine of each page\n\nThe last column names what has changed since the page was measured: the engine, or hands, tasks and controllers \
              that it plays. Older pages do not name these.\n\n\
              | page | section | engine | commit | day | changed since |\n|---|---|---|---|---|---|\n";

@@ -12,7 +12,7 @@ pub struct RecordPart {
     /// The content of its pages.
     pub about: String,
     /// Usual time on two idle cores.
-    pub hours: f64,
+    pub minutes: f64,
     /// Built-in hands that it plays.
     #[serde(default)]
     pub hands: Vec<String>,
@@ -90,7 +90,7 @@ mod tests {
         let parts = parts();
         for part in &parts {
             assert_eq!(parts.iter().filter(|other| other.name == part.name).count(), 1, "{}", part.name);
-            assert!(part.hours > 0.0, "{} has no usual time", part.name);
+            assert!(part.minutes > 0.0, "{} has no usual time", part.name);
             for name in &part.cases {
                 assert!(cases::all().any(|case| case.name == name), "{}: no case `{name}`", part.name);
             }

@@ -13,7 +13,7 @@ pub struct Cell {
     /// ms
     pub step_ms: f64,
     /// Ending of each grasp, in the order of the draw: k kept, o overlapping too deeply, l not lifted, h lost
-    /// while held, s lost while shaken, d diverged, n not finished.
+    /// while held, s lost while shaken, d diverged, n not finished, x not played.
     pub endings: String,
     /// Counts.
     pub count: Count,
@@ -39,6 +39,7 @@ pub(super) fn letter(ending: Ending) -> char {
         Ending::LostShaken => 's',
         Ending::Diverged => 'd',
         Ending::NotFinished => 'n',
+        Ending::NotPlayed => 'x',
     }
 }
 

@@ -64,7 +64,8 @@ fn head(page: &mut String, table: &Table) {
     let mut kept: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for cell in table.rows.iter().flat_map(|row| &row.cells) {
         if let Some(Kept { commit, date, .. }) = &cell.kept {
-            *kept.entry((date, commit)).or_default() += cell.count.of + cell.count.not_finished;
+            *kept.entry((date, commit)).or_default() +=
+                cell.count.of + cell.count.not_finished + cell.count.not_played;
         }
     }
     if !kept.is_empty() {
@@ -97,6 +98,13 @@ fn head(page: &mut String, table: &Table) {
     let left_out: Vec<String> = EngineKind::all().filter(|kind| !is_played(kind)).map(name).collect();
     if !left_out.is_empty() {
         put!(page, "Not played: {}.\n", left_out.join(", "));
+    }
+    if table.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.count.not_played > 0) {
+        put!(
+            page,
+            "*+n not played*: so many objects have what the peer's adapter does not pass on, such as friction against rolling; they are \
+             not counted.\n"
+        );
     }
     if let Some(limit_s) = table.run_limit_cpu_s {
         put!(
@@ -149,14 +157,20 @@ fn at_their_best(page: &mut String, sums: &[Sum]) {
 
 /// `17 of 24 (51–85 %)`, and what else happened.
 fn words(count: &Count) -> String {
-    if count.of + count.not_finished == 0 {
+    if count.of + count.not_finished + count.not_played == 0 {
         return "–".to_owned();
+    }
+    if count.of + count.not_finished == 0 {
+        return "not played".to_owned();
     }
     let [low, high] = wilson(count.kept, count.of).map(|p| 100.0 * p);
     let mut words = format!("{} of {} ({low:.0}–{high:.0} %)", count.kept, count.of);
-    for (number, what) in
-        [(count.overlapping, "deep"), (count.diverged, "diverged"), (count.not_finished, "not finished")]
-    {
+    for (number, what) in [
+        (count.overlapping, "deep"),
+        (count.diverged, "diverged"),
+        (count.not_finished, "not finished"),
+        (count.not_played, "not played"),
+    ] {
         if number > 0 {
             let _ = write!(words, " +{number} {what}");
         }

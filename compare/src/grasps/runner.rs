@@ -111,7 +111,8 @@ impl Task<'_> {
         let index = *index;
         let task = child::Task::Grasp { hand: hand.clone(), family: family.clone(), index, aside_um };
         let fate = match task.play(self.engine, 1e-3 * step_ms, run_limit_s)? {
-            Err(failure) if failure.unfinished => Fate::unknown(),
+            Err(failure) if failure.unfinished => Fate::unseen(Ending::NotFinished),
+            Err(failure) if failure.not_played => Fate::unseen(Ending::NotPlayed),
             fate => fate.with_context(|| format!("{:?}", self.place()))?,
         };
         let wall_s = begin.elapsed().as_secs_f64();
@@ -403,6 +404,21 @@ mod tests {
         }
         let aside = super::tasks(&Plan { aside_um: 1.0, ..plan }, &trials).expect("a plan");
         assert!(aside.iter().zip(&tasks).all(|(a, b)| a.peer_key.is_none() || a.peer_key != b.peer_key));
+    }
+
+    #[test]
+    fn a_grasp_that_an_adapter_cannot_pass_on_is_not_played_and_not_counted() {
+        let rapier = EngineKind::from_names("rapier", None).expect("it is known");
+        let trials = Trial::of(HandKind::SoftHand, Family::Catalogue, 24).expect("drawn");
+        let asked = |trial| scene_id::asked_of_trial(trial).expect("a scene");
+        let lacks =
+            |trial: &&Trial| rapier.adapter().expect("a peer has one").all_of(&asked(trial).needs).is_err();
+        let trial = trials.iter().find(lacks).expect("an object that rolls with resistance");
+        let task = Task { trial, scene: "a", engine: rapier, step_ms: 16.0, aside_um: 0.0, peer_key: None };
+        let run = task.play(60.0).expect("an outcome");
+        assert_eq!(run.fate.ending, Ending::NotPlayed);
+        let cell = Cell::of(16.0, vec![&run]);
+        assert_eq!((cell.count.of, cell.count.not_played, &*cell.endings), (0, 1, "x"));
     }
 
     #[test]

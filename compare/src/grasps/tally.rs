@@ -32,6 +32,9 @@ pub struct Count {
     pub diverged: usize,
     /// Runs that took too long: they say nothing, and are not counted.
     pub not_finished: usize,
+    /// Grasps with objects that the engine's adapter does not pass on: they are not counted, either.
+    #[serde(default)]
+    pub not_played: usize,
     /// Grasps that were played to an end.
     pub of: usize,
 }
@@ -42,11 +45,11 @@ impl Count {
         let mut count = Count::default();
         for run in runs {
             let ending = run.fate.ending;
-            if ending == Ending::NotFinished {
-                count.not_finished += 1;
-                continue;
+            match ending {
+                Ending::NotFinished => count.not_finished += 1,
+                Ending::NotPlayed => count.not_played += 1,
+                _ => count.of += 1,
             }
-            count.of += 1;
             count.kept += usize::from(ending == Ending::Kept);
             count.overlapping += usize::from(ending == Ending::Overlapping);
             count.diverged += usize::from(ending == Ending::Diverged);
@@ -63,6 +66,7 @@ impl Add for Count {
             overlapping: self.overlapping + other.overlapping,
             diverged: self.diverged + other.diverged,
             not_finished: self.not_finished + other.not_finished,
+            not_played: self.not_played + other.not_played,
             of: self.of + other.of,
         }
     }
@@ -82,14 +86,14 @@ pub struct Flips {
 }
 
 impl Flips {
-    /// Counts the outcomes at several steps, each in the order of the draw: k kept, n not finished.
+    /// Counts the outcomes at several steps, each in the order of the draw: k kept, n not finished, x not played.
     pub fn of_endings(by_step: &[&str]) -> Self {
         let grasps = by_step.iter().map(|endings| endings.len()).min().unwrap_or(0);
         let mut flips = Flips::default();
         for grasp in 0..grasps {
             let at = |endings: &&str| endings.as_bytes()[grasp];
             let kept: Vec<bool> =
-                by_step.iter().map(at).filter(|it| *it != b'n').map(|it| it == b'k').collect();
+                by_step.iter().map(at).filter(|it| !matches!(it, b'n' | b'x')).map(|it| it == b'k').collect();
             if kept.len() > 1 {
                 let changes = kept.windows(2).filter(|pair| pair[0] != pair[1]).count();
                 let one =
@@ -168,6 +172,9 @@ mod tests {
         let endings = [Ending::Kept, Ending::LostShaken, Ending::Overlapping, Ending::NotFinished];
         let runs = endings.map(|ending| run(0, 1.0, ending));
         let count = Count::of(runs.iter());
-        assert_eq!(count, Count { kept: 1, overlapping: 1, diverged: 0, not_finished: 1, of: 3 });
+        assert_eq!(
+            count,
+            Count { kept: 1, overlapping: 1, diverged: 0, not_finished: 1, not_played: 0, of: 3 }
+        );
     }
 }

@@ -116,7 +116,7 @@ fn of_grasp(fate: Fate) -> (End, Option<f64>) {
         Ending::Overlapping => End::Deep,
         Ending::NotLifted | Ending::LostHeld | Ending::LostShaken => End::Lost,
         Ending::NotFinished => End::Unfinished,
-        Ending::Diverged => End::Failed,
+        Ending::Diverged | Ending::NotPlayed => End::Failed,
     };
     (end, matches!(end, End::Solved | End::Deep).then_some(fate.overlap_mm))
 }

@@ -99,6 +99,8 @@ pub enum Ending {
     Diverged,
     /// The engine took too long.
     NotFinished,
+    /// The engine's adapter does not pass on what the object needs.
+    NotPlayed,
 }
 
 /// The motion and the bounds by which a grasp is judged: others make other outcomes.
@@ -121,9 +123,9 @@ pub struct Fate {
 }
 
 impl Fate {
-    /// The outcome of a run that did not end in its time.
-    pub fn unknown() -> Self {
-        Fate { ending: Ending::NotFinished, end_s: 0.0, overlap_mm: 0.0, moved_mm: 0.0 }
+    /// That of a run of which nothing was seen: it did not end in its time, or was not played.
+    pub fn unseen(ending: Ending) -> Self {
+        Fate { ending, end_s: 0.0, overlap_mm: 0.0, moved_mm: 0.0 }
     }
 }
 

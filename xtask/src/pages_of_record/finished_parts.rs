@@ -32,13 +32,13 @@ impl FinishedParts {
     }
 
     /// Time that a part took the last time, or usually takes.
-    pub(super) fn usual_hours(&self, part: &DeclaredPart) -> f64 {
-        self.finished.get(&part.name).and_then(|kept| kept["took_h"].as_f64()).unwrap_or(part.hours)
+    pub(super) fn usual_minutes(&self, part: &DeclaredPart) -> f64 {
+        self.finished.get(&part.name).and_then(|kept| kept["took_min"].as_f64()).unwrap_or(part.minutes)
     }
 
     /// Adds a part and writes the file.
-    pub(super) fn finish(&mut self, part: &str, fingerprint: &str, took_h: f64) -> Result<()> {
-        self.finished.insert(part.to_owned(), json!({ "fingerprint": fingerprint, "took_h": took_h }));
+    pub(super) fn finish(&mut self, part: &str, fingerprint: &str, took_min: f64) -> Result<()> {
+        self.finished.insert(part.to_owned(), json!({ "fingerprint": fingerprint, "took_min": took_min }));
         let text = serde_json::to_string_pretty(&self.finished)? + "\n";
         // Whoever stops it meanwhile leaves the old file.
         let new = self.file.with_extension("new");

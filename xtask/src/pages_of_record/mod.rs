@@ -16,7 +16,7 @@ use tools::{Anew, Tools};
 
 #[derive(Args)]
 pub(crate) struct RecordPagesOptions {
-    /// Name the parts, their usual hours and what is finished with the present engine; measure nothing.
+    /// Name the parts, their usual time and what is finished with the present engine; measure nothing.
     #[arg(long)]
     list: bool,
     /// Only these parts, by commas.
@@ -58,24 +58,24 @@ pub(crate) fn run(options: &RecordPagesOptions) -> Result<()> {
         }
     }
     let left = |open: &[(&DeclaredPart, String)]| {
-        open.iter().map(|(part, _)| finished_parts.usual_hours(part)).sum::<f64>()
+        open.iter().map(|(part, _)| finished_parts.usual_minutes(part)).sum::<f64>()
     };
-    println!("{} of {} parts are to be made, usually {}", open.len(), parts.len(), hours(left(&open)));
+    println!("{} of {} parts are to be made, usually {}", open.len(), parts.len(), duration(left(&open)));
     if options.list || open.is_empty() {
         return Ok(());
     }
     golden(&tools)?;
     let mut failed = Vec::new();
     for (place, (part, fingerprint)) in open.iter().enumerate() {
-        let rest: f64 = open[place..].iter().map(|(part, _)| finished_parts.usual_hours(part)).sum();
+        let rest: f64 = open[place..].iter().map(|(part, _)| finished_parts.usual_minutes(part)).sum();
         let DeclaredPart { name, about, .. } = part;
-        println!("\n== {name}: {about}; part {} of {}, {} are left", place + 1, open.len(), hours(rest));
+        println!("\n== {name}: {about}; part {} of {}, {} are left", place + 1, open.len(), duration(rest));
         let begun = Instant::now();
         match parts::make(part, &tools) {
             Ok(()) => {
-                let took_h = begun.elapsed().as_secs_f64() / 3600.0;
-                finished_parts.finish(name, fingerprint, took_h)?;
-                println!("== {name} took {}", hours(took_h));
+                let took_min = begun.elapsed().as_secs_f64() / 60.0;
+                finished_parts.finish(name, fingerprint, took_min)?;
+                println!("== {name} took {}", duration(took_min));
             }
             Err(error) => {
                 eprintln!("error: part `{name}`: {error:#}");
@@ -104,13 +104,13 @@ fn chosen(parts: Vec<DeclaredPart>, only: &[String]) -> Result<Vec<DeclaredPart>
 }
 
 fn listed(part: &DeclaredPart, finished_parts: &FinishedParts, finished: bool) -> String {
-    let status = if finished { "finished".to_owned() } else { hours(finished_parts.usual_hours(part)) };
+    let status = if finished { "finished".to_owned() } else { duration(finished_parts.usual_minutes(part)) };
     format!("{:<14}{status:<10}{}: {}", part.name, part.about, part.pages.join(", "))
 }
 
 /// A duration in words.
-fn hours(hours: f64) -> String {
-    if hours < 1.0 { format!("{:.0} min", 60.0 * hours) } else { format!("{hours:.1} h") }
+fn duration(minutes: f64) -> String {
+    if minutes < 90.0 { format!("{minutes:.0} min") } else { format!("{:.1} h", minutes / 60.0) }
 }
 
 /// The engine must be that of `tasks/golden`, after which pages name it.
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn durations_below_an_hour_are_in_minutes() {
-        assert_eq!((hours(0.3), hours(6.0)), ("18 min".to_owned(), "6.0 h".to_owned()));
+    fn long_durations_are_in_hours() {
+        assert_eq!((duration(75.2), duration(360.0)), ("75 min".to_owned(), "6.0 h".to_owned()));
     }
 }
