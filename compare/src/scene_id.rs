@@ -10,6 +10,7 @@ use palmares_bench::cases::{Case, Setup};
 use palmares_bench::engine::{Cost, Engine, EngineFactory, RIGID};
 use palmares_bench::recorder::Recorder;
 use palmares_models::content::ContentHash;
+use palmares_models::shape::Shape;
 use palmares_sim::{Command, Model, State, StepOutcome};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,7 +29,28 @@ const DIGITS: usize = 16;
 thread_local! {
     static HASH: RefCell<ContentHash> = RefCell::new(ContentHash::default());
     static NEEDS: RefCell<BTreeSet<Feature>> = const { RefCell::new(BTreeSet::new()) };
+    static SURFACES: Cell<Surfaces> = const { Cell::new(Surfaces { round: false, flat: false }) };
     static STEPS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// What can meet something in a scene of rigid bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Surfaces {
+    /// A free body has a sphere or a capsule.
+    pub round: bool,
+    /// A free body has another shape, with faces.
+    pub flat: bool,
+}
+
+impl Surfaces {
+    fn of(model: &Model) -> Self {
+        if model.colliders().len() < 2 {
+            return Surfaces::default();
+        }
+        let is_round = |shape: &Shape| matches!(shape, Shape::Sphere { .. } | Shape::Capsule { .. });
+        let mut shapes = model.objects().iter().flat_map(|object| &object.parts).map(|(_, shape)| shape);
+        Surfaces { round: shapes.clone().any(is_round), flat: !shapes.all(is_round) }
+    }
 }
 
 /// What a case asks of an engine.
@@ -39,6 +61,8 @@ pub struct Asked {
     pub needs: BTreeSet<Feature>,
     /// Whether it has a hand.
     pub hand: bool,
+    /// What its free bodies meet with.
+    pub surfaces: Surfaces,
     /// Engines whose adapters do not play it, and why.
     pub refused: BTreeMap<&'static str, NotPlayed>,
     /// Its figure; none where a case in which nothing moves ends before it.
@@ -51,6 +75,7 @@ pub struct Asked {
 pub fn of_case(case: &Case) -> Asked {
     HASH.set(ContentHash::of(case.name));
     NEEDS.take();
+    SURFACES.take();
     STEPS.set(0);
     // A case may end with an error, since nothing moves; so it does each time.
     let finding = (case.run)(&Setup::new(&Watcher, STEP_S), &mut Recorder::default());
@@ -59,6 +84,7 @@ pub fn of_case(case: &Case) -> Asked {
     Asked {
         identity: digits(HASH.take()),
         hand: needs.contains(&Feature::Hand),
+        surfaces: SURFACES.take(),
         refused: Adapter::ALL.into_iter().filter_map(refuses).collect(),
         needs,
         figure: finding.ok().map(|finding| finding.error),
@@ -155,6 +181,8 @@ impl EngineFactory for Watcher {
     fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
         HASH.with_borrow_mut(|hash| begin(hash, &model, &state));
         need(Feature::of_scene(&model));
+        let (of, all) = (Surfaces::of(&model), SURFACES.get());
+        SURFACES.set(Surfaces { round: of.round || all.round, flat: of.flat || all.flat });
         Ok(Box::new(Watched { model, state, said: String::new() }))
     }
 }
@@ -218,6 +246,15 @@ mod tests {
             named("softhand_cylinder_60s"),
             "the same scene, other commands"
         );
+    }
+
+    #[test]
+    fn a_case_has_round_bodies_flat_ones_both_or_nothing_that_they_meet() {
+        let of = |name| (asked(name).surfaces.round, asked(name).surfaces.flat);
+        assert_eq!(of("bowling"), (true, false));
+        assert_eq!(of("slide_stop"), (false, true));
+        assert_eq!(of("rolling_box_balls"), (true, true));
+        assert_eq!(of("free_flight"), (false, false));
     }
 
     #[test]

@@ -8,4 +8,5 @@ mod features;
 mod imports;
 mod map;
 mod modules;
+mod pictures;
 mod training;

@@ -3,6 +3,7 @@
 use super::adapter::Adapter;
 use super::option_set::{self, Dimension, FoundSettings};
 use super::{drake, mujoco, rapier};
+use crate::scene_id::Surfaces;
 use anyhow::{Context, Result, bail, ensure};
 use palmares_bench::engine::limit::Limited;
 use palmares_bench::engine::{Engine, EngineFactory, OwnFactory};
@@ -77,15 +78,16 @@ impl EngineKind {
         matches!(self, EngineKind::MuJoCo(_) | EngineKind::Drake(_))
     }
 
-    /// Whether a report plays a scene with these settings: some are for scenes with a hand, and those that a search found
-    /// are for the scenes in which it found them.
-    pub fn plays(self, case: &str, has_hand: bool) -> bool {
+    /// Whether a report plays a scene with these settings: some are for scenes with a hand or for what bodies meet with, and those
+    /// that a search found are for the scenes in which it found them.
+    pub fn plays(self, case: &str, has_hand: bool, surfaces: Surfaces) -> bool {
         let found = found(self.name()).iter().find(|found| found.settings == self.settings());
         match (self, found) {
             (_, Some(found)) => found.scenes.contains(&case),
             (EngineKind::Rapier(settings), None) => has_hand || !settings.hands_alone,
             (EngineKind::MuJoCo(settings), None) => has_hand || settings.differ_in(case),
-            (EngineKind::Own | EngineKind::Drake(_), None) => true,
+            (EngineKind::Drake(settings), None) => has_hand || settings.differ_with(surfaces),
+            (EngineKind::Own, None) => true,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::cell::{Cell, letter};
 use super::run::Run;
-use crate::child;
+use crate::child::{self, Failure};
 use crate::engine::EngineKind;
 use crate::peer_key::PeerRun;
 use crate::scene_id::{self, AskedTrial};
@@ -110,11 +110,8 @@ impl Task<'_> {
         let Task { step_ms, aside_um, trial: Trial { index, .. }, .. } = *self;
         let index = *index;
         let task = child::Task::Grasp { hand: hand.clone(), family: family.clone(), index, aside_um };
-        let fate = match task.play(self.engine, 1e-3 * step_ms, run_limit_s)? {
-            Err(failure) if failure.unfinished => Fate::unseen(Ending::NotFinished),
-            Err(failure) if failure.not_played => Fate::unseen(Ending::NotPlayed),
-            fate => fate.with_context(|| format!("{:?}", self.place()))?,
-        };
+        let played = task.play(self.engine, 1e-3 * step_ms, run_limit_s)?;
+        let fate = fate(played).with_context(|| format!("{:?}", self.place()))?;
         let wall_s = begin.elapsed().as_secs_f64();
         Ok(Run {
             hand,
@@ -130,6 +127,15 @@ impl Task<'_> {
             wall_s,
         })
     }
+}
+
+/// The outcome of a grasp that was played, did not end in its time, or has what the engine's adapter does not pass on.
+fn fate(played: Result<Fate, Failure>) -> Result<Fate, Failure> {
+    played.or_else(|failure| match failure {
+        Failure { unfinished: true, .. } => Ok(Fate::unseen(Ending::NotFinished)),
+        Failure { not_played: true, .. } => Ok(Fate::unseen(Ending::NotPlayed)),
+        failure => Err(failure),
+    })
 }
 
 /// Plays the runs that neither the file nor the kept cells have, adds them to the file, and returns all outcomes of the plan.
@@ -407,18 +413,20 @@ mod tests {
     }
 
     #[test]
-    fn a_grasp_that_an_adapter_cannot_pass_on_is_not_played_and_not_counted() {
-        let rapier = EngineKind::from_names("rapier", None).expect("it is known");
-        let trials = Trial::of(HandKind::SoftHand, Family::Catalogue, 24).expect("drawn");
-        let asked = |trial| scene_id::asked_of_trial(trial).expect("a scene");
-        let lacks =
-            |trial: &&Trial| rapier.adapter().expect("a peer has one").all_of(&asked(trial).needs).is_err();
-        let trial = trials.iter().find(lacks).expect("an object that rolls with resistance");
-        let task = Task { trial, scene: "a", engine: rapier, step_ms: 16.0, aside_um: 0.0, peer_key: None };
-        let run = task.play(60.0).expect("an outcome");
-        assert_eq!(run.fate.ending, Ending::NotPlayed);
-        let cell = Cell::of(16.0, vec![&run]);
-        assert_eq!((cell.count.of, cell.count.not_played, &*cell.endings), (0, 1, "x"));
+    fn a_grasp_that_an_adapter_does_not_pass_on_is_not_played_and_not_counted() {
+        let trial = &Trial::of(HandKind::SoftHand, Family::Ball, 1).expect("drawn")[0];
+        let engine = EngineKind::Own;
+        let run = Task { trial, scene: "a", engine, step_ms: 16.0, aside_um: 0.0, peer_key: None }
+            .play(60.0)
+            .expect("ours plays");
+        let failed =
+            |unfinished, not_played| fate(Err(Failure { said: "so".into(), unfinished, not_played }));
+        let unseen = Run { fate: failed(false, true).expect("no error"), ..run.clone() };
+        let cell = Cell::of(16.0, vec![&unseen, &run]);
+        assert_eq!((cell.count.of, cell.count.not_played), (1, 1));
+        assert!(cell.endings.contains('x'), "{}", cell.endings);
+        assert_eq!(failed(true, false).expect("no error").ending, Ending::NotFinished);
+        assert!(failed(false, false).is_err(), "whatever else fails is an error");
     }
 
     #[test]

@@ -163,7 +163,7 @@ fn plan(options: &ComparisonOptions) -> Result<Planned> {
     for case in chosen {
         let asked = scene_id::of_case(case);
         let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
-        let of = of.filter(|kind| kind.plays(case.name, asked.hand));
+        let of = of.filter(|kind| kind.plays(case.name, asked.hand, asked.surfaces));
         jobs.extend(of.map(|kind| {
             let version =
                 engines.iter().find(|note| note.name == kind.name()).map_or("", |note| &note.version);

@@ -1,6 +1,7 @@
 //! The result of a search.
 
 use crate::engine::EngineKind;
+use crate::scene_id::Surfaces;
 use anyhow::{Context, Result, ensure};
 use palmares_bench::record::Record;
 use serde::{Deserialize, Serialize};
@@ -71,7 +72,7 @@ impl Found {
         let named = |set: &&Set| {
             EngineKind::all().any(|kind| {
                 (kind.name(), kind.settings()) == (&*self.engine, &*set.settings)
-                    && kind.plays(&self.scene, true)
+                    && kind.plays(&self.scene, true, Surfaces::default())
             })
         };
         self.whole().filter(named).map(|set| set.solved).max().unwrap_or(0)

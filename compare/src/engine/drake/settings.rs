@@ -2,6 +2,7 @@
 //! `DiscreteContactApproximation`, version 1.51, and the Hydroelastic Contact User Guide. An option has the name of its field.
 
 use crate::engine::option_set::{self, EngineOptions};
+use crate::scene_id::Surfaces;
 use anyhow::Result;
 use serde_json::{Map, Value};
 
@@ -50,15 +51,10 @@ pub const SETTINGS: &[Settings] = &[
         options: &[("point_stiffness", "1e8"), SLOW],
     },
     Settings {
-        name: "hydroelastic",
-        about: "hydroelastic contact of all shapes but spheres and capsules, which holds a face at several points: free bodies are \
-                compliant with Drake's own modulus, 1e7 Pa, fixed ones rigid",
-        options: &[COMPLIANT],
-    },
-    Settings {
         name: "hydroelastic_margin",
-        about: "the same with a margin of 1 mm, the largest that its documentation advises: contact is foreseen, so that long steps \
-                do not chatter",
+        about: "hydroelastic contact of all shapes but spheres and capsules, which holds a face at several points: free bodies are \
+                compliant with Drake's own modulus, 1e7 Pa, fixed ones rigid; a margin of 1 mm, the largest that its documentation \
+                advises: contact is foreseen, so that long steps do not chatter",
         options: &[COMPLIANT, MARGIN],
     },
     Settings {
@@ -85,6 +81,16 @@ const MARGIN: (&str, &str) = ("margin", "0.001");
 const SLOW: (&str, &str) = ("stiction_tolerance", "1e-5");
 
 impl Settings {
+    /// Whether a scene can end otherwise than with all defaults, or than with the springs alone: springs are between round bodies,
+    /// pressure is between others.
+    pub(in crate::engine) fn differ_with(&self, surfaces: Surfaces) -> bool {
+        match (self.get("compliance_type"), self.options) {
+            (Some(_), _) => surfaces.flat,
+            (None, []) => true,
+            (None, _) => surfaces.round,
+        }
+    }
+
     /// The same with other options.
     ///
     /// # Errors
@@ -129,6 +135,17 @@ impl Settings {
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn settings_are_for_what_bodies_meet_with() {
+        let names = |round, flat| -> Vec<&str> {
+            SETTINGS.iter().filter(|it| it.differ_with(Surfaces { round, flat })).map(|it| it.name).collect()
+        };
+        assert_eq!(names(false, false), ["default"]);
+        assert_eq!(names(true, false), ["default", "point_stiff"]);
+        assert_eq!(names(false, true).len(), SETTINGS.len() - 1);
+        assert_eq!(names(true, true).len(), SETTINGS.len());
+    }
 
     #[test]
     fn options_go_where_drake_has_them() {
