@@ -1,7 +1,7 @@
 //! Identity of what a case or a grasp asks of an engine: scenes and commands, without anyone's physics. An outcome of a peer
 //! stays valid as long as it does not change, whatever happens to our engine.
 
-use crate::engine::{Adapter, Feature, NotPlayed, mujoco};
+use crate::engine::{Adapter, Feature, NotPlayed, Surfaces, mujoco};
 use crate::trials::family::Trial;
 use crate::trials::scene::scene;
 use anyhow::{Result, bail};
@@ -10,7 +10,6 @@ use palmares_bench::cases::{Case, Setup};
 use palmares_bench::engine::{Cost, Engine, EngineFactory, RIGID};
 use palmares_bench::recorder::Recorder;
 use palmares_models::content::ContentHash;
-use palmares_models::shape::Shape;
 use palmares_sim::{Command, Model, State, StepOutcome};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,26 +30,6 @@ thread_local! {
     static NEEDS: RefCell<BTreeSet<Feature>> = const { RefCell::new(BTreeSet::new()) };
     static SURFACES: Cell<Surfaces> = const { Cell::new(Surfaces { round: false, flat: false }) };
     static STEPS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// What can meet something in a scene of rigid bodies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Surfaces {
-    /// A free body has a sphere or a capsule.
-    pub round: bool,
-    /// A free body has another shape, with faces.
-    pub flat: bool,
-}
-
-impl Surfaces {
-    fn of(model: &Model) -> Self {
-        if model.colliders().len() < 2 {
-            return Surfaces::default();
-        }
-        let is_round = |shape: &Shape| matches!(shape, Shape::Sphere { .. } | Shape::Capsule { .. });
-        let mut shapes = model.objects().iter().flat_map(|object| &object.parts).map(|(_, shape)| shape);
-        Surfaces { round: shapes.clone().any(is_round), flat: !shapes.all(is_round) }
-    }
 }
 
 /// What a case asks of an engine.

@@ -2,8 +2,8 @@
 
 use super::adapter::Adapter;
 use super::option_set::{self, Dimension, FoundSettings};
+use super::surfaces::Surfaces;
 use super::{drake, mujoco, rapier};
-use crate::scene_id::Surfaces;
 use anyhow::{Context, Result, bail, ensure};
 use palmares_bench::engine::limit::Limited;
 use palmares_bench::engine::{Engine, EngineFactory, OwnFactory};

@@ -1,7 +1,6 @@
 //! The result of a search.
 
-use crate::engine::EngineKind;
-use crate::scene_id::Surfaces;
+use crate::engine::{EngineKind, Surfaces};
 use anyhow::{Context, Result, ensure};
 use palmares_bench::record::Record;
 use serde::{Deserialize, Serialize};

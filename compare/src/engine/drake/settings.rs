@@ -2,7 +2,7 @@
 //! `DiscreteContactApproximation`, version 1.51, and the Hydroelastic Contact User Guide. An option has the name of its field.
 
 use crate::engine::option_set::{self, EngineOptions};
-use crate::scene_id::Surfaces;
+use crate::engine::surfaces::Surfaces;
 use anyhow::Result;
 use serde_json::{Map, Value};
 
