@@ -45,6 +45,9 @@ SCENES = {
 }
 # Ticks between opening and closing.
 MOVE = 25
+# A block has as many ticks as fit into this time, s, but not fewer than those of the warm-up.
+BLOCK_S = 1.0
+WARM_UP = 5
 ABOUT = """\
 `client-py/benchmarks/throughput.py` measured these rows. A control tick is 10 ms: ten steps of the physics,
 the referee, and an observation of every world as arrays. In the air the hands open and close at their start;
@@ -68,6 +71,13 @@ class Row:
     micros: list[float] = field(default_factory=list)
     extra: list[float] = field(default_factory=list)
     """Time outside the physics, relative to it"""
+
+    def ticks(self, most: int) -> int:
+        """Return the number of ticks of a block, after a warm-up."""
+        begun_s = time.perf_counter()
+        self.block(WARM_UP)
+        fit = BLOCK_S * WARM_UP / (time.perf_counter() - begun_s)
+        return min(most, max(WARM_UP, round(fit)))
 
     def play(self, ticks: int) -> None:
         """Play a block."""
@@ -222,9 +232,10 @@ def table(scene: str, hand: str, args: argparse.Namespace, url: str | None) -> s
     if args.mjcf and hand == "softhand":
         for folder in sorted((args.mjcf / scene).glob("*")):
             rows += [rollout(folder, args.worlds, n, ms) for ms in (1, 2) for n in (1, 2)]
+    blocks = [(row, row.ticks(args.ticks)) for row in rows]
     for _ in range(args.blocks):
-        for row in rows:
-            row.play(args.ticks)
+        for row, ticks in blocks:
+            row.play(ticks)
     lines = [f"## {scene}, {hand}\n"]
     lines += ["| way | control ticks/s | µs a tick | outside the physics |", "|---|---|---|---|"]
     for row in rows:
@@ -253,7 +264,7 @@ def main() -> None:
     )
     parser.add_argument("--worlds", type=int, default=64)
     parser.add_argument("--blocks", type=int, default=7)
-    parser.add_argument("--ticks", type=int, default=50, help="ticks of each world in a block")
+    parser.add_argument("--ticks", type=int, default=50, help="most ticks of each world in a block")
     parser.add_argument("--hand", action="append", choices=["softhand", "reflex"])
     parser.add_argument("--scene", action="append", choices=[*SCENES])
     args = parser.parse_args()
