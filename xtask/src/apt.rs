@@ -34,3 +34,12 @@ pub(crate) fn postgres() -> bool {
     };
     there() || (install("postgresql") && there())
 }
+
+/// Whether there is an OSMesa, by which MuJoCo draws without a screen, installed if it is missing.
+pub(crate) fn osmesa() -> bool {
+    let there = || {
+        let libraries = Command::new("ldconfig").arg("-p").output();
+        libraries.is_ok_and(|list| String::from_utf8_lossy(&list.stdout).contains("libOSMesa.so"))
+    };
+    there() || (install("libosmesa6") && there())
+}

@@ -2,6 +2,7 @@
 
 use super::declared::DeclaredPart;
 use super::tools::{Anew, Tools, played};
+use crate::apt;
 use crate::cargo::build_server;
 use crate::pages::{self, Wanted};
 use anyhow::{Context, Result};
@@ -179,6 +180,11 @@ fn validation(part: &DeclaredPart, tools: &Tools) -> Result<()> {
 }
 
 fn cameras(part: &DeclaredPart, tools: &Tools) -> Result<()> {
+    if !apt::osmesa() {
+        println!(
+            "MuJoCo has no OSMesa (Debian's package libosmesa6) to draw with: the page is without its pictures"
+        );
+    }
     let mut cameras = tools.compare()?;
     cameras.arg("cameras").arg("--out").arg(page(part, tools)?);
     if tools.quick {
