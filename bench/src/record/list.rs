@@ -40,10 +40,11 @@ pub fn text() -> Result<String> {
     for RecordPart { name, about, minutes, pages, .. } in &parts {
         let shown = |page: &String| if root().join(page).exists() { link(page) } else { page.clone() };
         let pages: Vec<String> = pages.iter().map(shown).collect();
+        let minutes = minutes.map_or("–".to_owned(), |minutes| minutes.to_string());
         writeln!(text, "| {name} | {about} | {minutes} | {} |", pages.join(", "))?;
     }
-    let all: f64 = parts.iter().map(|part| part.minutes).sum();
-    writeln!(text, "\nTogether {all:.0} minutes.")?;
+    let all: f64 = parts.iter().filter_map(|part| part.minutes).sum();
+    writeln!(text, "\nTogether {all:.0} minutes, and the time of the parts without a number.")?;
     text += "\n## Engine of each page\n\nThe last column names what has changed since the page was measured: the engine, or hands, tasks and controllers \
              that it plays. Older pages do not name these.\n\n\
              | page | section | engine | commit | day | changed since |\n|---|---|---|---|---|---|\n";

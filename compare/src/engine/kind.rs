@@ -86,7 +86,7 @@ impl EngineKind {
             (_, Some(found)) => found.scenes.contains(&case),
             (EngineKind::Rapier(settings), None) => has_hand || !settings.hands_alone,
             (EngineKind::MuJoCo(settings), None) => has_hand || settings.differ_in(case),
-            (EngineKind::Drake(settings), None) => has_hand || settings.differ_with(surfaces),
+            (EngineKind::Drake(settings), None) => settings.differ_with(surfaces),
             (EngineKind::Own, None) => true,
         }
     }

@@ -378,13 +378,17 @@ mod tests {
         assert!(one.iter().map(|run| run.index).is_sorted());
     }
 
-    #[test]
-    fn runs_of_a_commit_are_known_and_those_of_changed_files_are_not() {
+    /// The first grasp of a draw, in ours.
+    fn one_of_ours() -> Run {
         let trial = &Trial::of(HandKind::SoftHand, Family::Ball, 1).expect("drawn")[0];
         let engine = EngineKind::Own;
-        let run = Task { trial, scene: "a", engine, step_ms: 16.0, aside_um: 0.0, peer_key: None }
-            .play(60.0)
-            .expect("ours plays");
+        let task = Task { trial, scene: "a", engine, step_ms: 16.0, aside_um: 0.0, peer_key: None };
+        task.play(60.0).expect("ours plays")
+    }
+
+    #[test]
+    fn runs_of_a_commit_are_known_and_those_of_changed_files_are_not() {
+        let run = one_of_ours();
         let peer = Run { engine: "mujoco".into(), key: Some("abcd".into()), ..run.clone() };
         let lines = || {
             let lines = [("aaaa", &run), ("bbbb+", &run), ("cccc", &peer)];
@@ -414,11 +418,7 @@ mod tests {
 
     #[test]
     fn a_grasp_that_an_adapter_does_not_pass_on_is_not_played_and_not_counted() {
-        let trial = &Trial::of(HandKind::SoftHand, Family::Ball, 1).expect("drawn")[0];
-        let engine = EngineKind::Own;
-        let run = Task { trial, scene: "a", engine, step_ms: 16.0, aside_um: 0.0, peer_key: None }
-            .play(60.0)
-            .expect("ours plays");
+        let run = one_of_ours();
         let failed =
             |unfinished, not_played| fate(Err(Failure { said: "so".into(), unfinished, not_played }));
         let unseen = Run { fate: failed(false, true).expect("no error"), ..run.clone() };

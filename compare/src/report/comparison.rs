@@ -96,13 +96,6 @@ pub struct Sentinels {
     pub time_ratio: Option<f64>,
     /// Difference of the ratios in the middle half, as a part of the median.
     pub spread: f64,
-    /// Largest factor between one of the ratios and the median.
-    #[serde(default = "one")]
-    pub widest: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 /// The clock that limits a run.

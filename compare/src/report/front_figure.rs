@@ -104,14 +104,12 @@ fn rows(reports: &[Comparison]) -> Vec<Row<'_>> {
     rows
 }
 
-/// Factor within which times of one run differ from those of another: nine of ten timed runs have all theirs within it, and kept
-/// runs that were timed again all.
+/// Factor within which times of one run differ from those of another: nine of ten timed runs have all theirs within it.
 fn undecided(reports: &[Comparison]) -> f64 {
     let timed = reports.iter().flat_map(|report| &report.runs).filter(|run| run.cpu_s_between[0] > 0.0);
     let mut spreads: Vec<f64> = timed.map(|run| run.cpu_s_between[1] / run.cpu_s_between[0]).collect();
     spreads.sort_by(f64::total_cmp);
-    let kept = reports.iter().filter_map(|report| report.sentinels).map(|sentinels| sentinels.widest);
-    kept.fold(spreads.get(spreads.len() * 9 / 10).copied().unwrap_or(1.0), f64::max)
+    spreads.get(spreads.len() * 9 / 10).copied().unwrap_or(1.0)
 }
 
 /// The picture as SVG; none without a comparison.

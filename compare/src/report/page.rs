@@ -127,9 +127,9 @@ fn kept(report: &Comparison) -> Option<String> {
         Some(Sentinels { played, time_ratio: None, .. }) => {
             format!("; {played} of them, played again, have the same outcomes")
         }
-        Some(Sentinels { played, spread, widest, .. }) => format!(
+        Some(Sentinels { played, spread, .. }) => format!(
             "; {played} of them, played again, have the same outcomes and give the factor of the times, within {:.1} % in the middle \
-             half and {widest:.2} times in the worst: so well kept times are known",
+             half",
             100.0 * spread
         ),
     };

@@ -17,6 +17,7 @@ use palmares_bench::cases::{self, Case};
 use palmares_bench::machine;
 use palmares_bench::record::Record;
 use parking_lot::Mutex;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -247,11 +248,25 @@ pub(super) fn peers(engines: &[EngineNote]) -> Vec<String> {
 }
 
 fn publish(comparison: &Comparison, folder: &Path) -> Result<()> {
-    let json = serde_json::to_string(comparison)? + "\n";
-    fs::write(folder.join("report.json"), json)?;
+    fs::write(
+        folder.join("report.json"),
+        without_nulls(serde_json::to_value(comparison)?).to_string() + "\n",
+    )?;
     plots::draw(comparison, folder)?;
     fs::write(folder.join("README.md"), page::write(comparison))?;
     Ok(())
+}
+
+/// The same without fields that are null, as most invariants of most runs are: they read as none when they are absent.
+fn without_nulls(value: Value) -> Value {
+    match value {
+        Value::Object(fields) => {
+            let there = fields.into_iter().filter(|(_, value)| !value.is_null());
+            there.map(|(name, value)| (name, without_nulls(value))).collect()
+        }
+        Value::Array(values) => values.into_iter().map(without_nulls).collect(),
+        value => value,
+    }
 }
 
 /// Reads a report's JSON.
@@ -389,6 +404,9 @@ mod tests {
             times_anew: false,
         };
         let made = write(&options).expect("it runs");
+        let read = read(&folder.0.join("report.json")).expect("written");
+        let whole = |comparison: &Comparison| serde_json::to_value(comparison).expect("JSON");
+        assert_eq!(whole(&read), whole(&made), "nothing is lost without nulls");
         let run = &made.runs[0];
         let starts = run.starts.expect("it is among those");
         assert_eq!((starts.tried, starts.done, run.judged()), (4, 4, Some(0.0)), "{run:?}");

@@ -7,28 +7,25 @@ use super::job::Job;
 use super::passes::{Conduct, TURNS, turns};
 use crate::child::Task;
 use crate::played::Played;
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use palmares_bench::case_report::Figure;
 
 /// Number of sentinels.
 const COUNT: usize = 10;
 /// None takes longer than this, s of CPU: of each scene and engine the longest run below it is a candidate.
 const LONGEST_S: f64 = 1.0;
-/// The ratios of the middle half agree if they differ by this part of their median.
+/// The ratios of the middle half may differ by this part of their median.
 const AGREEMENT: f64 = 0.05;
-/// Kept times are good for nothing if even in the best try they differ by more.
-const WORST: f64 = 0.5;
-/// So often the sentinels are timed until they agree; of tries in which they do not, the best counts.
+/// So often the sentinels are timed until they agree.
 const TRIES: usize = 3;
 
 /// Places of a job and of a step.
 type Place = (usize, usize);
 
-/// Plays sentinels again and multiplies all kept times by the median ratio. None where no kept run has a time. On a machine that has
-/// other work, or another processor, sentinels differ: then kept times are known no better than these are, and say so.
+/// Plays sentinels again and multiplies all kept times by the median ratio. None where no kept run has a time.
 ///
 /// # Errors
-/// The outcome of a sentinel is another one, or their times have nothing in common.
+/// The outcome of a sentinel is another one, or their times do not agree.
 pub(super) fn calibrate(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct) -> Result<Option<Sentinels>> {
     let places = choose(jobs, runs);
     if places.is_empty() {
@@ -39,39 +36,33 @@ pub(super) fn calibrate(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct) -
     }
     let played = places.len();
     if conduct.quick {
-        return Ok(Some(Sentinels { played, time_ratio: None, spread: 0.0, widest: 1.0 }));
+        return Ok(Some(Sentinels { played, time_ratio: None, spread: 0.0 }));
     }
-    let mut best = Middle { median: 1.0, spread: f64::INFINITY, widest: f64::INFINITY };
+    let mut least = f64::INFINITY;
     for _ in 0..TRIES {
-        let middle = Middle::of(&ratios(jobs, runs, &places, conduct)?);
+        let ratios = ratios(jobs, runs, &places, conduct)?;
+        let [median, spread] = middle(&ratios);
         println!(
-            "{played} sentinels: {:.3} times the kept CPU time, the middle half within {:.1} %",
-            middle.median,
-            100.0 * middle.spread
+            "{played} sentinels: {median:.3} times the kept CPU time, the middle half within {:.1} %",
+            100.0 * spread
         );
-        if middle.spread < best.spread {
-            best = middle;
+        if spread <= AGREEMENT {
+            for run in runs.iter_mut().flatten().filter(|run| is_timed(run)) {
+                run.scale_times(median);
+                if let Some(kept) = &mut run.kept {
+                    kept.time_factor = Some(kept.time_factor.unwrap_or(1.0) * median);
+                }
+            }
+            return Ok(Some(Sentinels { played, time_ratio: Some(median), spread }));
         }
-        if best.spread <= AGREEMENT {
-            break;
-        }
+        least = least.min(spread);
     }
-    let Middle { median, spread, widest } = best;
-    ensure!(
-        spread <= WORST,
-        "the times of {played} kept runs, played again {TRIES} times, have nothing in common: the ratios of the middle half differ by \
-         {:.1} % of their median, more than {:.0} %. Give the machine rest, or time all runs of peers again with --times-anew \
-         (--peers-anew plays them again, too)",
-        100.0 * spread,
-        100.0 * WORST
-    );
-    for run in runs.iter_mut().flatten().filter(|run| is_timed(run)) {
-        run.scale_times(median);
-        if let Some(kept) = &mut run.kept {
-            kept.time_factor = Some(kept.time_factor.unwrap_or(1.0) * median);
-        }
-    }
-    Ok(Some(Sentinels { played, time_ratio: Some(median), spread, widest }))
+    bail!(
+        "the times of {played} kept runs, played again {TRIES} times, do not agree: the ratios of the middle half differ by {:.1} % \
+         of their median, more than {:.0} %. Give the machine rest, or time all runs of peers again with --times-anew (--peers-anew plays them again, too)",
+        100.0 * least,
+        100.0 * AGREEMENT
+    )
 }
 
 fn is_timed(run: &Run) -> bool {
@@ -176,25 +167,13 @@ fn ratios(jobs: &[Job], runs: &[Vec<Run>], places: &[Place], conduct: Conduct) -
     Ok(ratios)
 }
 
-/// What ratios have in common.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Middle {
-    median: f64,
-    /// Difference of the middle half, as a part of the median.
-    spread: f64,
-    /// Largest factor between one of them and the median.
-    widest: f64,
-}
-
-impl Middle {
-    fn of(ratios: &[f64]) -> Self {
-        let mut sorted = ratios.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let (last, quarter) = (sorted.len() - 1, sorted.len() / 4);
-        let median = 0.5 * (sorted[last / 2] + sorted[sorted.len() / 2]);
-        let spread = (sorted[last - quarter] - sorted[quarter]) / median;
-        Middle { median, spread, widest: (sorted[last] / median).max(median / sorted[0]) }
-    }
+/// Median, and the difference of the middle half as a part of it.
+fn middle(ratios: &[f64]) -> [f64; 2] {
+    let mut sorted = ratios.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (last, quarter) = (sorted.len() - 1, sorted.len() / 4);
+    let median = 0.5 * (sorted[last / 2] + sorted[sorted.len() / 2]);
+    [median, (sorted[last - quarter] - sorted[quarter]) / median]
 }
 
 #[cfg(test)]
@@ -261,12 +240,10 @@ mod tests {
     #[test]
     fn the_middle_half_decides_whether_times_agree() {
         let even = [1.0, 1.01, 1.01, 1.02, 1.02, 1.02, 1.03, 1.03, 1.3, 2.0];
-        let Middle { median, spread, widest } = Middle::of(&even);
+        let [median, spread] = middle(&even);
         assert!((median - 1.02).abs() < 1e-12 && spread < 0.02, "{median} {spread}");
-        assert!((widest - 2.0 / 1.02).abs() < 1e-12, "{widest}");
         let uneven = [0.8, 0.9, 0.95, 1.0, 1.0, 1.0, 1.0, 1.05, 1.1, 1.2];
-        let Middle { spread, widest, .. } = Middle::of(&uneven);
-        assert!(spread > AGREEMENT && spread < WORST && widest == 1.25, "{spread} {widest}");
-        assert_eq!(Middle::of(&[2.0]), Middle { median: 2.0, spread: 0.0, widest: 1.0 });
+        assert!(middle(&uneven)[1] > AGREEMENT);
+        assert_eq!(middle(&[2.0]), [2.0, 0.0]);
     }
 }

@@ -364,7 +364,7 @@ impl Session {
             }
         };
         self.open_run = Some(OpenRun { stage: Stage::Played(world, recording), gate });
-        self.show_clock();
+        self.tell_end();
         let (run, scene) = (Some(run), Some(opened.scene));
         Reply::Obs(Box::new(Obs { run, scene, ..self.obs(Some(id), run_id, opened.observation) }))
     }

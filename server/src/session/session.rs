@@ -324,7 +324,7 @@ impl Session {
     }
 
     /// Tells a realtime world when the session's time is spent.
-    fn tell_end(&self) {
+    pub(super) fn tell_end(&self) {
         if let Some(live) = self.realtime() {
             live.end_at(self.machine.clock().ends_in(self.now()).map(|left| Instant::now() + left));
         }

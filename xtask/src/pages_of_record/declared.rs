@@ -11,8 +11,8 @@ pub(super) struct DeclaredPart {
     pub name: String,
     /// The content of its pages.
     pub about: String,
-    /// Usual time on two idle cores.
-    pub minutes: f64,
+    /// Usual time on two idle cores, where it has been seen.
+    pub minutes: Option<f64>,
     /// Cases of palmares-bench that it plays.
     pub cases: Vec<String>,
     /// Their steps, ms, by commas; empty for those of a report.
@@ -40,7 +40,7 @@ fn part(declared: &Value) -> Result<DeclaredPart> {
     let steps: Vec<String> = steps.filter_map(Value::as_float).map(|step| step.to_string()).collect();
     Ok(DeclaredPart {
         about: text("about").unwrap_or_default(),
-        minutes: declared.get("minutes").and_then(Value::as_float).unwrap_or_default(),
+        minutes: declared.get("minutes").and_then(Value::as_float),
         cases: list("cases"),
         steps_ms: steps.join(","),
         pages: list("pages"),

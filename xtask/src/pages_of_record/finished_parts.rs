@@ -31,9 +31,9 @@ impl FinishedParts {
         self.finished.get(part).is_some_and(|kept| kept["fingerprint"] == fingerprint)
     }
 
-    /// Time that a part took the last time, or usually takes.
-    pub(super) fn usual_minutes(&self, part: &DeclaredPart) -> f64 {
-        self.finished.get(&part.name).and_then(|kept| kept["took_min"].as_f64()).unwrap_or(part.minutes)
+    /// Time that a part took the last time, or usually takes; none if that is not known.
+    pub(super) fn usual_minutes(&self, part: &DeclaredPart) -> Option<f64> {
+        self.finished.get(&part.name).and_then(|kept| kept["took_min"].as_f64()).or(part.minutes)
     }
 
     /// Adds a part and writes the file.

@@ -58,7 +58,7 @@ pub(crate) fn run(options: &RecordPagesOptions) -> Result<()> {
         }
     }
     let left = |open: &[(&DeclaredPart, String)]| {
-        open.iter().map(|(part, _)| finished_parts.usual_minutes(part)).sum::<f64>()
+        open.iter().filter_map(|(part, _)| finished_parts.usual_minutes(part)).sum::<f64>()
     };
     println!("{} of {} parts are to be made, usually {}", open.len(), parts.len(), duration(left(&open)));
     if options.list || open.is_empty() {
@@ -67,7 +67,7 @@ pub(crate) fn run(options: &RecordPagesOptions) -> Result<()> {
     golden(&tools)?;
     let mut failed = Vec::new();
     for (place, (part, fingerprint)) in open.iter().enumerate() {
-        let rest: f64 = open[place..].iter().map(|(part, _)| finished_parts.usual_minutes(part)).sum();
+        let rest: f64 = open[place..].iter().filter_map(|(part, _)| finished_parts.usual_minutes(part)).sum();
         let DeclaredPart { name, about, .. } = part;
         println!("\n== {name}: {about}; part {} of {}, {} are left", place + 1, open.len(), duration(rest));
         let begun = Instant::now();
@@ -104,7 +104,10 @@ fn chosen(parts: Vec<DeclaredPart>, only: &[String]) -> Result<Vec<DeclaredPart>
 }
 
 fn listed(part: &DeclaredPart, finished_parts: &FinishedParts, finished: bool) -> String {
-    let status = if finished { "finished".to_owned() } else { duration(finished_parts.usual_minutes(part)) };
+    let status = match finished {
+        true => "finished".to_owned(),
+        false => finished_parts.usual_minutes(part).map_or_else(|| "not timed".to_owned(), duration),
+    };
     format!("{:<14}{status:<10}{}: {}", part.name, part.about, part.pages.join(", "))
 }
 
