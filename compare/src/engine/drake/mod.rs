@@ -31,7 +31,7 @@ pub fn version() -> Result<String> {
 /// Notes on all settings, for the report.
 pub fn notes() -> Vec<String> {
     [
-        "`pydrake`, a discrete `MultibodyPlant` under a `Simulator`, one thread; scenes of rigid bodies alone",
+        "`pydrake`, a `MultibodyPlant` under a `Simulator`, discrete but in `continuous`, one thread; scenes of rigid bodies alone",
         "time: that of `Simulator.AdvanceTo`, over up to 64 steps a call, in a run of its own without the pipe: queries of \
          contact, contact forces and integration; no reading of poses, contacts and overlaps",
         "friction of a pair: Drake makes 2 a b/(a + b) of two coefficients, ours is their geometric mean; the coefficients are \
@@ -179,6 +179,16 @@ mod tests {
         }
         let percent = error("slide_stop", "hydroelastic_margin", 2e-3);
         assert!(percent <= 1.0, "{percent} %");
+    }
+
+    /// In a continuous plant a body flies along its parabola.
+    #[test]
+    fn the_step_is_that_of_the_integrator_in_a_continuous_plant() {
+        if !there() {
+            return;
+        }
+        let millimetres = error("free_flight", "continuous", 4e-3);
+        assert!(millimetres < 1e-6, "{millimetres} mm");
     }
 
     #[test]

@@ -47,6 +47,7 @@ pub(super) fn described(model: &Model, settings: &Settings) -> Result<Value, Not
         "limit_s": limit::allowed_s(),
         "plant": settings.plant(),
         "proximity": settings.proximity(),
+        "simulator": settings.simulator(),
         "fixed": fixed,
         "bodies": bodies,
     }))

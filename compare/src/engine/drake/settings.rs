@@ -35,6 +35,8 @@ const PROXIMITY: [&str; 6] = [
     "point_stiffness",
     "margin",
 ];
+/// Fields of `SimulatorConfig`; with any of them the plant is continuous, and the step is the largest of its integrator.
+const SIMULATOR: [&str; 3] = ["integration_scheme", "accuracy", "use_error_control"];
 
 /// All of them; the first are Drake's own.
 pub const SETTINGS: &[Settings] = &[
@@ -45,8 +47,14 @@ pub const SETTINGS: &[Settings] = &[
         options: &[],
     },
     Settings {
+        name: "continuous",
+        about: "all defaults but a continuous plant, `time_step` 0, with Drake's own integrator, Runge & Kutta of third order, at fixed \
+                steps",
+        options: &[("integration_scheme", "runge_kutta3"), ("use_error_control", "false")],
+    },
+    Settings {
         name: "point_stiff",
-        about: "the same with springs of 1e8 N/m and a stiction tolerance of 0.01 mm/s: little overlap and slow slip of what \
+        about: "`default` with springs of 1e8 N/m and a stiction tolerance of 0.01 mm/s: little overlap and slow slip of what \
                 touches in a point",
         options: &[("point_stiffness", "1e8"), SLOW],
     },
@@ -81,13 +89,13 @@ const MARGIN: (&str, &str) = ("margin", "0.001");
 const SLOW: (&str, &str) = ("stiction_tolerance", "1e-5");
 
 impl Settings {
-    /// Whether a scene can end otherwise than with all defaults, or than with the springs alone: springs are between round bodies,
+    /// Whether a scene can end otherwise than with the settings before: springs are between round bodies,
     /// pressure is between others.
     pub(in crate::engine) fn differ_with(&self, surfaces: Surfaces) -> bool {
-        match (self.get("compliance_type"), self.options) {
+        match (self.get("compliance_type"), self.get("point_stiffness")) {
             (Some(_), _) => surfaces.flat,
-            (None, []) => true,
-            (None, _) => surfaces.round,
+            (None, None) => true,
+            (None, Some(_)) => surfaces.round,
         }
     }
 
@@ -101,7 +109,7 @@ impl Settings {
         about: &'static str,
         changes: EngineOptions,
     ) -> Result<Self> {
-        let known = PLANT.iter().chain(&PROXIMITY);
+        let known = PLANT.iter().chain(&PROXIMITY).chain(&SIMULATOR);
         option_set::check("drake", changes, known)?;
         Ok(Settings { name, about, options: [self.options, changes].concat().leak() })
     }
@@ -120,11 +128,17 @@ impl Settings {
         self.fields(&PROXIMITY)
     }
 
+    /// Fields of `SimulatorConfig`; none of a discrete plant.
+    pub(super) fn simulator(&self) -> Value {
+        self.fields(&SIMULATOR)
+    }
+
     fn fields(&self, of: &[&str]) -> Value {
-        let value = |text: &str| match text.parse::<f64>() {
-            Ok(number) => number.into(),
-            Err(_) if text == "none" => Value::Null,
-            Err(_) => text.into(),
+        let value = |text: &str| match (text, text.parse::<f64>()) {
+            (_, Ok(number)) => number.into(),
+            ("none", _) => Value::Null,
+            ("true" | "false", _) => (text == "true").into(),
+            _ => text.into(),
         };
         let field = |key: &&str| Some(((*key).to_owned(), value(self.get(key)?)));
         of.iter().filter_map(field).collect::<Map<_, _>>().into()
@@ -141,8 +155,8 @@ mod tests {
         let names = |round, flat| -> Vec<&str> {
             SETTINGS.iter().filter(|it| it.differ_with(Surfaces { round, flat })).map(|it| it.name).collect()
         };
-        assert_eq!(names(false, false), ["default"]);
-        assert_eq!(names(true, false), ["default", "point_stiff"]);
+        assert_eq!(names(false, false), ["default", "continuous"]);
+        assert_eq!(names(true, false), ["default", "continuous", "point_stiff"]);
         assert_eq!(names(false, true).len(), SETTINGS.len() - 1);
         assert_eq!(names(true, true).len(), SETTINGS.len());
     }
@@ -159,6 +173,9 @@ mod tests {
         let plant = changed.plant();
         assert_eq!(plant["penetration_allowance"], 1e-4);
         assert_eq!(plant["discrete_contact_approximation"], "similar");
+        let steps = similar.with("steps", "steps", &[("use_error_control", "false")]).expect("an option");
+        assert_eq!(steps.simulator(), json!({ "use_error_control": false }));
+        assert_eq!(similar.simulator(), json!({}), "a discrete plant has no integrator");
         let wrong = similar.with("name", "about", &[("solref", "1")]).expect_err("refused").to_string();
         assert!(wrong.contains("known options: contact_model, ") && wrong.contains("margin"), "{wrong}");
     }
