@@ -94,10 +94,10 @@ fn head(page: &mut String, table: &Table) {
     let is_played = |kind: &EngineKind| {
         table.rows.iter().any(|row| (&*row.engine, &*row.settings) == (kind.name(), kind.settings()))
     };
-    let name = |kind: EngineKind| format!("{} `{}`", kind.name(), kind.settings());
-    let left_out: Vec<String> = EngineKind::all().filter(|kind| !is_played(kind)).map(name).collect();
+    let left_out: Vec<String> =
+        EngineKind::NAMES.iter().filter_map(|name| not_played(name, is_played)).collect();
     if !left_out.is_empty() {
-        put!(page, "Not played: {}.\n", left_out.join(", "));
+        put!(page, "Not played: {}.\n", left_out.join("; "));
     }
     if table.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.count.not_played > 0) {
         put!(
@@ -111,6 +111,18 @@ fn head(page: &mut String, table: &Table) {
             page,
             "A run of a peer that takes more than {limit_s} s of CPU time is not finished and not counted.\n"
         );
+    }
+}
+
+/// The settings of an engine that are not played; the engine alone if none are.
+fn not_played(engine: &str, is_played: impl Fn(&EngineKind) -> bool) -> Option<String> {
+    let (played, left_out): (Vec<_>, Vec<_>) =
+        EngineKind::all().filter(|kind| kind.name() == engine).partition(|kind| is_played(kind));
+    let settings: Vec<String> = left_out.iter().map(|kind| format!("`{}`", kind.settings())).collect();
+    match (played.is_empty(), left_out.is_empty()) {
+        (_, true) => None,
+        (true, false) => Some(engine.to_owned()),
+        (false, false) => Some(format!("of {engine} {}", settings.join(", "))),
     }
 }
 
@@ -190,4 +202,17 @@ fn all_families(page: &mut String, table: &Table, hand: &str) {
     let sums = table.drawn(hand);
     sums.iter().for_each(|sum| line(page, sum, None));
     at_their_best(page, &sums);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_engine_of_which_nothing_is_played_is_named_alone() {
+        assert_eq!(not_played("drake", |_| false).as_deref(), Some("drake"));
+        assert_eq!(not_played("drake", |_| true), None);
+        let text = not_played("rapier", |kind| kind.settings() == "default").expect("some are left out");
+        assert!(text.starts_with("of rapier `stiff120`, ") && !text.contains("default"), "{text}");
+    }
 }

@@ -132,7 +132,7 @@ fn errors(area: &Area, case: &str, runs: &[&Run], absent: &[(&str, &str)]) -> Re
     let error = |x: &f64| match *x <= 1.01 * least {
         true => format!("≤ {}", number(&least)),
         false if equal => String::new(),
-        false => number(x),
+        false => axis_number(x),
     };
     let engines = distinct(runs.iter().map(|run| &run.engine));
     let y = with_room(y, engines.len() + absent.len());
@@ -147,7 +147,7 @@ fn errors(area: &Area, case: &str, runs: &[&Run], absent: &[(&str, &str)]) -> Re
         .configure_mesh()
         .x_desc("CPU time for one simulated second [ms]")
         .y_desc(label)
-        .x_label_formatter(&number)
+        .x_label_formatter(&axis_number)
         .y_label_formatter(&error)
         .label_style((SANS, 12))
         .axis_desc_style((SANS, 13))
@@ -233,6 +233,12 @@ fn label_of(runs: &[&Run], engine: &str) -> String {
 /// The shortest text of a number.
 fn number(x: &f64) -> String {
     if (1e-2..1e4).contains(x) { format!("{}", (x * 1e3).round() / 1e3) } else { format!("{x:.0e}") }
+}
+
+/// The text of a number on a logarithmic axis: those from 1, 2 and 5 have one, the others stand too close.
+fn axis_number(x: &f64) -> String {
+    let digit = x / libm::pow(10.0, (libm::log10(*x) + 1e-9).floor());
+    if [1.0, 2.0, 5.0].iter().any(|it| (digit - it).abs() < 1e-6) { number(x) } else { String::new() }
 }
 
 /// Largest step at which an engine solves the scene, with any of its settings.
@@ -384,6 +390,14 @@ mod tests {
         assert!(said(|run| run.not_played = true).contains("mujoco: not played"));
         let bars = std::fs::read_to_string(folder.path().join("stable.svg")).expect("written");
         assert!(bars.contains("not played"), "and so do the bars");
+    }
+
+    #[test]
+    fn numbers_on_an_axis_do_not_stand_on_each_other() {
+        let text = |numbers: &[f64]| numbers.iter().map(axis_number).collect::<Vec<_>>();
+        assert_eq!(text(&[0.01, 0.02, 0.05, 100.0, 200.0]), ["0.01", "0.02", "0.05", "100", "200"]);
+        assert_eq!(text(&[1e-3, 1000.0, 1e5]), ["1e-3", "1000", "1e5"]);
+        assert_eq!(text(&[0.03, 4.0, 90.0, 900.0]), [""; 4]);
     }
 
     /// The text of a picture of these runs.
