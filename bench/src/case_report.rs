@@ -38,9 +38,6 @@ pub struct Times {
     pub solver: f64,
     /// Everything.
     pub total: f64,
-    /// Without the parts that the other engines do not have.
-    #[serde(default)]
-    pub bare: f64,
     /// The slowest step.
     pub worst: f64,
 }

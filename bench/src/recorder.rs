@@ -15,7 +15,6 @@ pub struct Recorder {
     phases_s: [f64; 3],
     worst_s: f64,
     total_s: f64,
-    added_s: f64,
     steps: u64,
     unconverged: u64,
     penetration_m: f64,
@@ -51,7 +50,6 @@ impl Recorder {
         }
         let cost = engine.step(command)?;
         self.total_s += cost.total_s;
-        self.added_s += cost.added_s;
         self.worst_s = self.worst_s.max(cost.total_s);
         for (sum, spent) in self.phases_s.iter_mut().zip(cost.phases_s) {
             *sum += spent;
@@ -90,9 +88,8 @@ impl Recorder {
     pub fn times(&self) -> Times {
         let total = self.total_s * 1e6 / self.steps.max(1) as f64;
         let share = |k: usize| self.phases_s[k] / self.phases_s.iter().sum::<f64>().max(1e-12) * total;
-        let bare = total - self.added_s * 1e6 / self.steps.max(1) as f64;
         let [dynamics, collision, solver] = [0, 1, 2].map(share);
-        Times { dynamics, collision, solver, total, bare, worst: self.worst_s * 1e6 }
+        Times { dynamics, collision, solver, total, worst: self.worst_s * 1e6 }
     }
 
     /// Simulated time per CPU time at step `dt_s`; 0 for a case that records no steps.

@@ -28,6 +28,17 @@ pub fn softhand() -> Result<Arc<Hand>> {
     Ok(Arc::new(hand))
 }
 
+/// How [`softhand`] differs from the built-in hand, for pages whose scenes have it.
+pub fn softhand_in_words() -> String {
+    Hand::builtin("softhand").map_or_else(String::new, |built_in| {
+        format!(
+            "The SoftHand of these scenes is firmer than the built-in one, a harder test: its springs are {FIRM_SPRINGS} times as stiff, \
+             and its drive has {} N·m instead of {}, which no load slows, since the other engines have no such motors.",
+            FIRM_DRIVE.0, built_in.tendons[0].force_limit
+        )
+    })
+}
+
 /// A built-in hand by its name, or one from a folder.
 ///
 /// # Errors

@@ -53,8 +53,8 @@ ABOUT = """\
 the referee, and an observation of every world as arrays. In the air the hands open and close at their start;
 among the objects they first go down into them. A row is the median of several blocks, which alternate with
 those of all other rows of the scene, quartiles in brackets. MuJoCo's `rollout` steps as many worlds of the
-same scene, without referee and observation, with the settings of the [report](README.md), which says what
-these can do."""
+same scene, a block in a call, without referee and observation, with the settings of the [report](README.md),
+which says what these can do, and with objects that sleep."""
 
 
 @dataclass
@@ -176,7 +176,7 @@ def asynchronous(url: str | None, scene: str, hand: str, count: int) -> Row:
 
 
 def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
-    """Return worlds in MuJoCo, all from one state, under the same set points; each tick returns its state."""
+    """Return worlds in MuJoCo, all from one state, under the same set points."""
     import mujoco
     from mujoco.rollout import Rollout
 
@@ -194,12 +194,11 @@ def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
 
     def block(ticks: int) -> int:
         nonlocal states, played
-        for _ in range(ticks):
-            first = played % (len(ctrl) // steps) * steps
-            rows = np.tile(ctrl[first : first + steps], (count, 1, 1))
-            after, _ = pool.rollout(model, data, states, rows, nstep=steps)
-            states = after[:, -1]
-            played += 1
+        rows = ctrl[np.arange(played * steps, (played + ticks) * steps) % len(ctrl)]
+        # One call, in which the solver starts warm and objects may sleep.
+        after, _ = pool.rollout(model, data, states, np.tile(rows, (count, 1, 1)), nstep=len(rows))
+        states = after[:, -1]
+        played += ticks
         return count * ticks
 
     name = f"MuJoCo's `rollout`, `{folder.name}`, {step_ms} ms, {count} worlds, {threads} thread"

@@ -9,7 +9,7 @@ and controls, or by 0, a length and a message. Then, each led by one byte:
     C                      answered by the number of contacts of the last step, and of each: numbers of both shapes, place,
                            normal from the first to the second, force on the second, gap
     R  longest             play everything since the start again, for at most so many CPU seconds; answered by CPU seconds
-                           per step, twice
+                           per step
 
 A pose is the place of the centre of mass and a quaternion w, x, y, z; a velocity is linear and angular, all in the world's axes.
 CPU time is that of this thread around Simulator.AdvanceTo alone, less what reading the clock costs. A step that takes longer than
@@ -292,8 +292,7 @@ def main():
             answer(len(found), found.ravel())
         elif op == b"R":
             (longest,) = floats(source, 1)
-            spent = replay(scene, log, longest * 1e9)
-            answer(spent, spent)
+            answer(replay(scene, log, longest * 1e9))
 
 
 OVERHEAD_NS = overhead_ns()

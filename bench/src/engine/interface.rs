@@ -12,10 +12,8 @@ pub const RIGID: f64 = 1e9;
 /// The time of a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cost {
-    /// CPU time of the stepping thread, less that of reading the clock, s.
+    /// CPU time of the stepping thread, less that of reading the clock and of what an adapter adds that its engine has not, s.
     pub total_s: f64,
-    /// The part of it for what the engine itself has not and its adapter adds, s.
-    pub added_s: f64,
     /// Wall time by phase (dynamics, collision, solver), s; zeros where the engine does not report
     /// it. Only the ratios are used.
     pub phases_s: [f64; 3],

@@ -2,6 +2,7 @@
 
 use super::list::HardCase;
 use super::peers::{Best, Peers};
+use crate::rigs::softhand_in_words;
 use crate::sweep::page::{ms, part};
 use crate::sweep::reasons::reason;
 use crate::sweep::{Point, RANGE_S, Row, bound};
@@ -66,9 +67,11 @@ pub(super) fn page(record: &str, steps_s: &[f64], rows: &[HardRow], peers: &Peer
          smallest error of such a run with its distance to our bound. To solve a scene, the report asks for less than our bound. Where a \
          bound follows from the stiffness of our contacts, as that of an overlap, the distance of a peer says how soft its contacts are. A \
          case that no report has is *not played*.\n\n";
+    text += &(softhand_in_words() + "\n\n");
     let _ = writeln!(
         text,
-        "{within} of {} cases are within their bounds at every claimed step and start.\n",
+        "{within} of {} cases are within their bounds at every start and every one of these steps that is claimed. [steps.md](steps.md) has \
+         fifty steps.\n",
         rows.len()
     );
     text += "| kind | case | what is hard | bound | farthest | at, ms | start | starts | peers at their best | gate, ms |\n\

@@ -3,6 +3,7 @@
 use super::findings::{Change, FACTOR, Finding, LEAST};
 use super::played::{Played, STEPS_S, micros};
 use super::scenes::SceneRow;
+use crate::rigs::softhand_in_words;
 use palmares_sim::Law;
 use std::fmt::Write;
 
@@ -46,6 +47,7 @@ pub(super) fn page(record: &str, rows: &[SceneRow], played: &[Played]) -> String
     text += "A scene pays for what is in it. The first three tables show what is in known scenes, what a step does, and which laws of \
              [physics.md](../physics.md#a-step-in-order) act. The last ones leave out each law and play the cases with a bound again. \
              `palmares task check TASK --hand HAND --model` prints the rows for a scene of your own.\n\n";
+    text += &(softhand_in_words() + "\n\n");
     parts(&mut text, rows);
     step(&mut text, rows);
     laws(&mut text, rows);

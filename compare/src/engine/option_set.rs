@@ -12,7 +12,8 @@ pub type EngineOptions = &'static [(&'static str, &'static str)];
 #[derive(Clone, Copy, Debug)]
 pub struct Dimension(pub &'static str, pub &'static [&'static str]);
 
-/// Settings that a search found, and the scenes in which they solve more plays than any named ones. Reports play them there alone.
+/// Named settings with a change that is for a few scenes: a search found it to solve more plays there, or it is documented for what
+/// they have. Reports play them there alone.
 #[derive(Clone, Copy, Debug)]
 pub struct FoundSettings {
     /// Their name.

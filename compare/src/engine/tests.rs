@@ -45,7 +45,10 @@ fn unknown_names_are_refused_with_the_known_ones() {
     let message = EngineKind::from_names("mujoco", Some("stiff")).expect_err("refused").to_string();
     assert!(message.contains("known settings: default, ") && message.contains("stiff5"), "{message}");
     let message = EngineKind::from_names("drake", Some("soft")).expect_err("refused").to_string();
-    assert!(message.contains("known settings: default, point_stiff, hydroelastic_margin, "), "{message}");
+    assert!(
+        message.contains("known settings: default, continuous, point_stiff, hydroelastic_margin, "),
+        "{message}"
+    );
 }
 
 #[test]

@@ -77,17 +77,14 @@ impl Recording {
     ///
     /// # Errors
     /// The process has stopped.
-    pub fn replay(&mut self, longest_s: f64) -> Result<[f64; 2]> {
-        let (mut sums, mut steps) = ([0.0; 2], 0);
+    pub fn replay(&mut self, longest_s: f64) -> Result<f64> {
+        let (mut sum, mut steps) = (0.0, 0);
         for worker in &self.0 {
             let mut worker = worker.borrow_mut();
-            let spent = worker.replay(longest_s)?;
-            for (sum, spent) in sums.iter_mut().zip(spent) {
-                *sum += worker.steps as f64 * spent;
-            }
+            sum += worker.steps as f64 * worker.replay(longest_s)?;
             steps += worker.steps;
         }
-        Ok(sums.map(|sum| sum / steps.max(1) as f64))
+        Ok(sum / steps.max(1) as f64)
     }
 }
 
@@ -187,10 +184,9 @@ impl Worker {
 
     /// CPU time per step, s, of a run of all steps until now, of at most `longest_s`: all of it, and without the parts that
     /// other engines do not have.
-    pub(super) fn replay(&mut self, longest_s: f64) -> Result<[f64; 2]> {
+    pub(super) fn replay(&mut self, longest_s: f64) -> Result<f64> {
         self.write(b'R', &[&[longest_s]])?;
-        let spent = self.read(2)?;
-        Ok([spent[0], spent[1]])
+        Ok(self.read(1)?[0])
     }
 
     /// Sends a request.

@@ -7,6 +7,7 @@ use super::tally::{Count, wilson};
 use crate::engine::EngineKind;
 use crate::peer_key::Kept;
 use crate::trials::play::{MOVED_M, OVERLAP_M};
+use palmares_bench::rigs::softhand_in_words;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -56,10 +57,11 @@ fn head(page: &mut String, table: &Table) {
         moves by less than {:.0} mm in the palm and is nowhere deeper than {:.0} mm in the hand, and if every step converges. That is judged \
         from poses alone, by the same code for all engines. Beside the count stands Wilson's interval at 95 %. *+n deep*: so many more would be kept, were they not \
         too deep. A *flip* is a change of the outcome from one step to the next longer one. Steps at which nothing was played show a dash. \
-        The settings with which a peer keeps most are named below each table. Peers play the SoftHand alone: they have no tendons whose R depends on q.\n",
+        The settings with which a peer keeps most are named below each table. Peers play the SoftHand alone: their adapters pass on no tendons whose R depends on q. {}\n",
         table.placements,
         1e3 * MOVED_M,
         1e3 * OVERLAP_M,
+        softhand_in_words(),
     );
     let mut kept: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for cell in table.rows.iter().flat_map(|row| &row.cells) {

@@ -36,7 +36,7 @@ pub struct Plan {
     pub hands: Vec<HandKind>,
     /// Families, where they fit the hand.
     pub families: Vec<Family>,
-    /// Engines; peers only with the SoftHand, as they have no tendons whose R depends on q.
+    /// Engines; peers only with the SoftHand, as their adapters pass on no tendons whose R depends on q.
     pub engines: Vec<EngineKind>,
     /// Steps, ms.
     pub steps_ms: Vec<f64>,

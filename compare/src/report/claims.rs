@@ -7,6 +7,7 @@ use super::runner::read;
 use super::{front_figure, front_table};
 use crate::grasps::table::Table;
 use anyhow::{Context, Result, bail};
+use palmares_bench::rigs::softhand_in_words;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -112,11 +113,12 @@ fn readme(reports: &[Comparison], grasps: Option<&Table>) -> String {
     if reports.is_empty() {
         return NOTHING.to_owned();
     }
+    let hand = softhand_in_words();
     let count: usize = reports.iter().map(|report| report.results.len()).sum();
     let commits = distinct(reports.iter().map(|report| &report.record.commit)).join(", ");
     wrapped(&format!(
         "Each cell has the longest step that solves the scene, the CPU time of a simulated second at it, the starts solved and the \
-         deepest overlap. Each engine has the best of its named settings. {EMULATOR} The figure has all {count} comparisons (commit \
+         deepest overlap, of several starts the median. Each engine has the best of the settings that were played. {hand} {EMULATOR} The figure has all {count} comparisons (commit \
          {commits}; [scenes, settings and runs](docs/report/README.md))."
     )) + "\n"
         + &front_table::table(reports, grasps)

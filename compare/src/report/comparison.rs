@@ -165,9 +165,6 @@ pub struct Run {
     pub starts: Option<Starts>,
     /// Median over the timing runs of the CPU time for a second of simulated time, s.
     pub cpu_s: f64,
-    /// Without the parts that the other engines do not have.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cpu_bare_s: Option<f64>,
     /// Least and most of [`Run::cpu_s`].
     pub cpu_s_between: [f64; 2],
     /// CPU time per step of the median run; split if the engine reports parts.
@@ -184,7 +181,7 @@ pub struct Starts {
     pub unfinished: u32,
     /// Number of starts from which the run solves the scene.
     pub done: u32,
-    /// Median of the deepest overlaps, mm; none if half of the runs did not end.
+    /// Median of the deepest overlaps, mm, of an even number the larger of the middle two; none if half of the runs did not end.
     pub median_overlap_mm: Option<f64>,
 }
 
@@ -222,7 +219,6 @@ impl Run {
             not_played: false,
             starts: None,
             cpu_s: 0.0,
-            cpu_bare_s: None,
             cpu_s_between: [0.0; 2],
             us_per_step: Times::default(),
         }
@@ -265,7 +261,7 @@ impl Run {
 
     /// Leaves it without times, as if it had never been timed.
     pub(super) fn forget_times(&mut self) {
-        (self.cpu_s, self.cpu_bare_s, self.cpu_s_between) = (0.0, None, [0.0; 2]);
+        (self.cpu_s, self.cpu_s_between) = (0.0, [0.0; 2]);
         self.us_per_step = Times::default();
         if let Some(kept) = &mut self.kept {
             kept.time_factor = None;
@@ -275,17 +271,11 @@ impl Run {
     /// Multiplies its times.
     pub(super) fn scale_times(&mut self, by: f64) {
         self.cpu_s *= by;
-        self.cpu_bare_s = self.cpu_bare_s.map(|bare_s| bare_s * by);
         self.cpu_s_between = self.cpu_s_between.map(|s| s * by);
-        let Times { dynamics, collision, solver, total, bare, worst } = &mut self.us_per_step;
-        for part in [dynamics, collision, solver, total, bare, worst] {
+        let Times { dynamics, collision, solver, total, worst } = &mut self.us_per_step;
+        for part in [dynamics, collision, solver, total, worst] {
             *part *= by;
         }
-    }
-
-    /// CPU time for a second of simulated time without the parts that the other engines do not have, s.
-    pub fn bare_s(&self) -> f64 {
-        self.cpu_bare_s.unwrap_or(self.cpu_s)
     }
 
     /// Whether it is more than a metre from its own fine run: the number has no meaning, there are two outcomes.

@@ -53,21 +53,19 @@ fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> SettingsResult {
         timed.filter_map(|run| Some((run.judged()?, (*run).clone()))).collect()
     };
     let own_points = timed(ours);
-    let fastest = |error: f64, time: fn(&Run) -> f64| {
-        let at_most = own_points.iter().filter(|(own, _)| *own <= error).map(|(_, run)| time(run));
+    let fastest = |error: f64| {
+        let at_most = own_points.iter().filter(|(own, _)| *own <= error).map(|(_, run)| run.cpu_s);
         at_most.fold(f64::INFINITY, f64::min)
     };
-    let least = |ratio: f64, before: Option<f64>| Some(before.map_or(ratio, |before| before.min(ratio)));
-    let (mut ahead_ms, mut with, mut without): (Vec<f64>, Option<f64>, Option<f64>) =
-        (Vec::new(), None, None);
+    let (mut ahead_ms, mut least_advantage): (Vec<f64>, Option<f64>) = (Vec::new(), None);
     for (error, run) in timed(theirs) {
-        let best = fastest(error, |run| run.cpu_s);
+        let best = fastest(error);
         if best > run.cpu_s {
             ahead_ms.push(run.dt_ms);
         }
         if best.is_finite() {
-            with = least(run.cpu_s / best, with);
-            without = least(run.bare_s() / fastest(error, Run::bare_s), without);
+            let ratio = run.cpu_s / best;
+            least_advantage = Some(least_advantage.map_or(ratio, |before| before.min(ratio)));
         }
     }
     let done: Vec<&Run> = theirs.iter().filter(|run| run.does_it()).copied().collect();
@@ -80,8 +78,7 @@ fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> SettingsResult {
         unfinished: theirs.iter().filter(|run| run.unfinished).count(),
         not_played,
         ahead_ms,
-        least_advantage: with,
-        least_bare_advantage: without,
+        least_advantage,
         overlap_mm: overlaps.reduce(f64::max),
         differs: differences(&done),
     }
@@ -120,7 +117,6 @@ mod tests {
             not_played: false,
             starts: None,
             cpu_s,
-            cpu_bare_s: None,
             cpu_s_between: [cpu_s; 2],
             us_per_step: Times::default(),
         }
@@ -216,17 +212,6 @@ mod tests {
             only(&[run("own", 1.0, 0.1, 0.1), run("own", 2.0, 0.1, 0.1), run("peer", 1.0, 0.1, 0.3), faster]);
         assert_eq!((&result.steps_ms[..], result.own_done, result.settings[0].tried), (&[1.0][..], 1, 1));
         assert_eq!(result.verdict(), Verdict::Won);
-    }
-
-    #[test]
-    fn the_advantage_without_extra_parts_is_that_of_both_without() {
-        let bare = |run: Run, cpu_bare_s: f64| Run { cpu_bare_s: Some(cpu_bare_s), ..run };
-        let own = bare(run("own", 1.0, 0.1, 0.1), 0.1);
-        let result = only(&[own, bare(run("peer", 1.0, 0.1, 0.8), 0.6)]);
-        assert_eq!(
-            result.words(),
-            "ours is never slower; at least 8.0 times as fast, 6.0 without its extra parts"
-        );
     }
 
     #[test]

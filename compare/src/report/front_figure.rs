@@ -17,9 +17,18 @@ const RATIOS: [f64; 2] = [0.3, 400.0];
 const COLUMN: i32 = 26;
 
 /// Least ratio of a peer's time to that of ours at no larger error, with any settings that solve the scene.
-pub(super) fn ratio(result: &PeerResult) -> Option<f64> {
+fn ratio(result: &PeerResult) -> Option<f64> {
     let solving = result.settings.iter().filter(|with| with.done > 0);
     solving.filter_map(|with| with.least_advantage).reduce(f64::min)
+}
+
+/// The place of a peer among others in a scene: [`ratio`], 0 where it is ahead of ours at any step.
+pub(super) fn place(result: &PeerResult) -> Option<f64> {
+    match Mark::of(result)? {
+        Mark::Ratio(ratio) => Some(ratio),
+        Mark::Beyond => Some(0.0),
+        Mark::Fails | Mark::Unfinished | Mark::NotPlayed => None,
+    }
 }
 
 /// Name of an engine as its authors write it.
@@ -204,7 +213,6 @@ mod tests {
             not_played: usize::from(tried == 0),
             ahead_ms: Vec::new(),
             least_advantage,
-            least_bare_advantage: None,
             overlap_mm: None,
             differs: None,
         }
@@ -221,6 +229,15 @@ mod tests {
             own_differs: None,
             unit: "mm".into(),
         }
+    }
+
+    /// A run that is more exact than any of ours has no ratio: its scene would count by the ratios of worse runs.
+    #[test]
+    fn a_scene_in_which_a_peer_is_ahead_comes_before_all_others() {
+        let ahead = SettingsResult { ahead_ms: vec![1.0], ..with(5, 5, None) };
+        assert_eq!(place(&result(5, vec![with(5, 5, Some(21.7)), ahead])), Some(0.0));
+        assert_eq!(place(&result(5, vec![with(5, 5, Some(21.7))])), Some(21.7));
+        assert_eq!(place(&result(5, vec![with(0, 5, None)])), None, "it solves nothing");
     }
 
     #[test]

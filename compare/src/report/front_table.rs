@@ -2,7 +2,7 @@
 
 use super::comparison::{Comparison, Run, distinct};
 use super::dominance::PeerResult;
-use super::front_figure::{ratio, title};
+use super::front_figure::{place, title};
 use crate::engine::EngineKind;
 use crate::grasps::table::Table;
 use crate::scene_id;
@@ -107,11 +107,16 @@ fn cell(runs: &[&Run], engine: &str) -> String {
     out
 }
 
-/// The most grasps that an engine keeps at a step, with any of its settings.
+/// The most grasps that an engine keeps at a step, with any of its settings, of the steps that a peer has played, too.
 fn kept(grasps: &Table, engine: &str) -> String {
-    let sums = grasps.drawn(HandKind::SoftHand.name()).into_iter().filter(|sum| sum.engine == engine);
-    let counts = sums.flat_map(|sum| grasps.steps_ms.iter().zip(sum.counts));
-    let best = counts.filter(|(_, count)| count.of > 0).max_by_key(|(_, count)| count.kept);
+    let all = grasps.drawn(HandKind::SoftHand.name());
+    let with_peers: Vec<bool> = (0..grasps.steps_ms.len())
+        .map(|step| all.iter().any(|sum| sum.engine != EngineKind::Own.name() && sum.counts[step].of > 0))
+        .collect();
+    let sums = all.into_iter().filter(|sum| sum.engine == engine);
+    let counts = sums.flat_map(|sum| grasps.steps_ms.iter().zip(&with_peers).zip(sum.counts));
+    let counts = counts.filter(|((_, with_peers), count)| **with_peers && count.of > 0);
+    let best = counts.map(|((step, _), count)| (step, count)).max_by_key(|(_, count)| count.kept);
     best.map_or(NOTHING.to_owned(), |(step, count)| format!("{} of {} at {step} ms", count.kept, count.of))
 }
 
@@ -121,9 +126,9 @@ fn rigid() -> Vec<&'static str> {
     peers.filter(|case| !scene_id::of_case(case).hand).map(|case| case.name).collect()
 }
 
-/// Median of the least ratios of a peer's time to ours.
+/// Median of the least ratios of a peer's time to ours; a scene in which the peer is ahead comes before all others.
 fn median<'a>(results: impl Iterator<Item = &'a PeerResult>) -> String {
-    let mut ratios: Vec<f64> = results.filter_map(ratio).collect();
+    let mut ratios: Vec<f64> = results.filter_map(place).collect();
     ratios.sort_by(f64::total_cmp);
     match ratios.len() {
         0 => NOTHING.to_owned(),

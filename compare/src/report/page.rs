@@ -6,6 +6,7 @@ use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
 use super::plots::{at_one_ms, cases, largest_usable, picture, without};
 use crate::peer_key::Kept;
 use palmares_bench::cases::{self as scenes, ASIDE_M};
+use palmares_bench::rigs::softhand_in_words;
 use palmares_bench::{overlap, record};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -31,6 +32,7 @@ macro_rules! put {
 }
 
 fn head(page: &mut String, report: &Comparison) {
+    let hand = softhand_in_words();
     let load =
         report.record.machine.load.map_or(String::new(), |load| format!("Load {load:.1} at the beginning; "));
     put!(page, "# {}\n", title(&report.part));
@@ -43,9 +45,10 @@ fn head(page: &mut String, report: &Comparison) {
     put!(
         page,
         "Every engine that can do a scene plays it at every step, a peer with each of its \
-        [settings](#the-engines-and-their-settings). How to read the tables:\n"
+        [settings](#the-engines-and-their-settings) that can end otherwise there. {hand} How to read the tables:\n",
     );
-    let by_starts = BY_STARTS.map(|case| format!("`{case}`")).join(", ");
+    let by_starts: Vec<&str> = BY_STARTS.into_iter().filter(|name| cases(report).contains(name)).collect();
+    let by_starts = by_starts.iter().map(|case| format!("`{case}`")).collect::<Vec<_>>().join(", ");
     let (repeats, limit_s, limit_by) = (report.repeats, report.run_limit_s, report.run_limit_by.words());
     for line in [
         "*Does it*: all numbers stay finite and no step fails. An object that is to be held is held. A figure with a bound (*at \
@@ -63,8 +66,7 @@ fn head(page: &mut String, report: &Comparison) {
          makes no run useless. More than a metre apart a run *ends otherwise*."
             .to_owned(),
         format!(
-            "*Starts*: in heaps, and where that difference does not fall with the step ({by_starts}), every object stands up to {} \
-             mm aside along x and along y. The error is the share of starts from which a run fails. A run *does it* where at most \
+            "*Starts*: in {by_starts}, where a start decides, every object stands up to {} mm aside along x and along y. The error is the share of starts from which a run fails. A run *does it* where at most \
              half of them fail. There are {STARTS} starts, {FEW_STARTS} at steps below 1 ms and where the first {FEW_STARTS} agree.",
             1e3 * ASIDE_M
         ),
@@ -74,8 +76,8 @@ fn head(page: &mut String, report: &Comparison) {
              does its scene is timed. The engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's and \
              Drake's runs are played again in a tight loop of their own, without the pipe."
         ),
-        "*Bare*: that time without parts that the others do not have. Of MuJoCo these are `multiccd` and `noslip`, of rapier its \
-         tendon, which the adapter computes."
+        "MuJoCo's time is that without `multiccd` where the run is the same without it, bit for bit, and ends sooner. rapier's is \
+         without the tendon, which the adapter computes."
             .to_owned(),
         "Errors below 1 nrad, 0.1 µm and 0.001 % count as equal. Within a bound speed alone decides.".to_owned(),
         format!(
@@ -215,7 +217,7 @@ fn ticks(page: &mut String, report: &Comparison) {
     put!(
         page,
         "The time of every 10 ms tick while a hand closes on a pan and lifts it, with the tendons' transmission and with a servo \
-         on every joint (steps of 1 ms). This is Fig. 5 of the 2016 paper, whose hand is the ReFlex.\n"
+         on every joint (steps of 1 ms). This is figure 5 of Rocchi and Hauser (2016), whose hand is the ReFlex.\n"
     );
     put!(page, "| actuation | mean tick | worst tick | pan lifted |\n|---|---|---|---|");
     for way in &report.ticks {
@@ -282,10 +284,10 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
     }
     put!(
         page,
-        "| engine | settings | step | does it | {name} [{unit}]{most} | CPU ms a second | bare | between | times real time | deepest \
+        "| engine | settings | step | does it | {name} [{unit}]{most} | CPU ms a second | between | times real time | deepest \
         overlap, at most |"
     );
-    put!(page, "|---|---|---|---|---|---|---|---|---|---|");
+    put!(page, "|---|---|---|---|---|---|---|---|---|");
     runs.iter().for_each(|run| row(page, run, unit));
     page.push('\n');
     let largest =
@@ -300,21 +302,17 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
 
 /// The results of a peer by its settings.
 fn by_settings(page: &mut String, result: &PeerResult) {
-    put!(
-        page,
-        "| {} | does it: steps | deepest overlap | least time beside ours | bare | ahead at |",
-        result.peer
-    );
-    put!(page, "|---|---|---|---|---|---|");
+    put!(page, "| {} | does it: steps | deepest overlap | least time beside ours | ahead at |", result.peer);
+    put!(page, "|---|---|---|---|---|");
     for outcome in &result.settings {
         let SettingsResult { settings, .. } = outcome;
         let done = outcome.steps();
         let overlap = outcome.overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.2} mm"));
         let ratio = |of: Option<f64>| of.map_or("–".to_owned(), |ratio| format!("{ratio:.1}"));
-        let (with, bare) = (ratio(outcome.least_advantage), ratio(outcome.least_bare_advantage));
+        let advantage = ratio(outcome.least_advantage);
         let steps: Vec<String> = outcome.ahead_ms.iter().map(|ms| format!("{ms} ms")).collect();
         let ahead = if steps.is_empty() { "–".to_owned() } else { steps.join(", ") };
-        put!(page, "| `{settings}` | {done} | {overlap} | {with} | {bare} | {ahead} |");
+        put!(page, "| `{settings}` | {done} | {overlap} | {advantage} | {ahead} |");
     }
     page.push('\n');
 }
@@ -323,7 +321,7 @@ fn row(page: &mut String, run: &Run, unit: &str) {
     let Run { engine, settings, dt_ms, .. } = run;
     if run.not_played {
         let why = run.trouble.as_deref().unwrap_or("not played");
-        put!(page, "| {engine} | {settings} | {dt_ms} ms | {why} | – | – | – | – | – | – |");
+        put!(page, "| {engine} | {settings} | {dt_ms} ms | {why} | – | – | – | – | – |");
         return;
     }
     let value = run.error.as_ref().and_then(|figure| figure.value);
@@ -350,10 +348,9 @@ fn row(page: &mut String, run: &Run, unit: &str) {
     let depth = invariants.max_penetration_mm.map_or("–".to_owned(), |mm| format!("{mm:.3}{bound} mm"));
     let times = if run.cpu_s > 0.0 {
         let [least, most] = run.cpu_s_between.map(|s| 1e3 * s);
-        let (all, bare) = (1e3 * run.cpu_s, 1e3 * run.bare_s());
-        format!("{all:.2} | {bare:.2} | {least:.2} … {most:.2} | {:.0}", 1.0 / run.cpu_s)
+        format!("{:.2} | {least:.2} … {most:.2} | {:.0}", 1e3 * run.cpu_s, 1.0 / run.cpu_s)
     } else {
-        "– | – | – | –".to_owned()
+        "– | – | –".to_owned()
     };
     put!(page, "| {engine} | {settings} | {dt_ms} ms | {does_it} | {value} | {times} | {depth} |");
 }

@@ -209,8 +209,8 @@ pub(super) fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec
         let clock: Box<dyn FnMut() -> Option<Times>> = if kind.has_process() {
             let (first, mut recording) = Recording::of(|| within(&mut play));
             Box::new(move || {
-                let [total, bare] = recording.replay(longest_s).ok()?.map(|s| 1e6 * s);
-                Some(Times { total, bare, ..first? })
+                let total = 1e6 * recording.replay(longest_s).ok()?;
+                Some(Times { total, ..first? })
             })
         } else {
             Box::new(move || within(&mut play))
@@ -232,13 +232,25 @@ pub(super) fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec
         times.sort_by(|a, b| a.total.total_cmp(&b.total));
         // µs a step are ms of CPU a simulated second at 1 ms.
         let cpu = |total_us: f64| total_us * 1e-3 / run.dt_ms;
-        run.us_per_step = times[times.len() / 2];
+        run.us_per_step = median(&times);
         run.cpu_s_between = [cpu(times[0].total), cpu(times[times.len() - 1].total)];
         run.cpu_s = cpu(run.us_per_step.total);
-        run.cpu_bare_s = Some(cpu(run.us_per_step.bare));
         run
     };
     clocks.into_iter().map(finish).collect()
+}
+
+/// The middle one of sorted times, of an even number the mean of the middle two.
+fn median(times: &[Times]) -> Times {
+    let [low, high] = [times[(times.len() - 1) / 2], times[times.len() / 2]];
+    let mean = |of: fn(&Times) -> f64| (of(&low) + of(&high)) / 2.0;
+    Times {
+        dynamics: mean(|it| it.dynamics),
+        collision: mean(|it| it.collision),
+        solver: mean(|it| it.solver),
+        total: mean(|it| it.total),
+        worst: mean(|it| it.worst),
+    }
 }
 
 fn said(run: &Run) -> String {
@@ -271,5 +283,18 @@ impl Progress {
             "[{done:>4}/{all}] {spent:>5.0} s, about {left:.0} s left | {pass:<5} {case} {engine} {settings} {dt_ms} ms: {said}"
         );
         let _ = std::io::stdout().flush();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_of_two_times_is_their_mean() {
+        let times = [1.0, 3.0, 8.0].map(|total| Times { total, ..Times::default() });
+        assert_eq!(median(&times[..2]).total, 2.0);
+        assert_eq!(median(&times).total, 3.0);
+        assert_eq!(median(&times[..1]).total, 1.0);
     }
 }

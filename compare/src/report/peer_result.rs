@@ -43,9 +43,6 @@ pub struct SettingsResult {
     pub ahead_ms: Vec<f64>,
     /// Least ratio of its time to that of our fastest run with at most its error; none when nothing compares.
     pub least_advantage: Option<f64>,
-    /// The same without the parts of its time for what ours does not have.
-    #[serde(default)]
-    pub least_bare_advantage: Option<f64>,
     /// Deepest overlap of the usable runs, mm.
     pub overlap_mm: Option<f64>,
     /// Least and most difference of those from its own fine run, if that is the case's figure.
@@ -157,14 +154,8 @@ impl PeerResult {
 }
 
 impl SettingsResult {
-    /// The least advantage of ours in words, with and without what ours does not have.
+    /// The least advantage of ours in words.
     pub fn times_as_fast(&self) -> Option<String> {
-        let with = format!("at least {:.1} times as fast", self.least_advantage?);
-        let differs =
-            |bare: &f64| format!("{bare:.1}") != format!("{:.1}", self.least_advantage.unwrap_or(*bare));
-        Some(match self.least_bare_advantage.filter(differs) {
-            Some(bare) => format!("{with}, {bare:.1} without its extra parts"),
-            None => with,
-        })
+        Some(format!("at least {:.1} times as fast", self.least_advantage?))
     }
 }

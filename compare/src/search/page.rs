@@ -1,6 +1,7 @@
 //! The result of a search as a page to read.
 
 use super::table::{Found, Table};
+use palmares_bench::rigs::softhand_in_words;
 use std::fmt::Write;
 
 /// Sets that a scene's table shows.
@@ -13,7 +14,7 @@ pub(super) fn write(table: &Table) -> String {
         "# What the options of other engines give\n\n\
          Written by `palmares-compare search`; do not edit.\n\n\
          {}\n\n\
-         The search begins with the named settings of the [report](../README.md#the-engines-and-their-settings). Then it changes one \
+         {} The search begins with the named settings of the [report](../README.md#the-engines-and-their-settings). Then it changes one \
          documented option at a time of the best set whose changes were not tried yet. Options have the names of the engine's \
          own documentation. In each of these rounds all sets play a few plays, the best third of them twice as many, and so on, \
          until the best ones have played all (successive halving); where no set solves any play yet, all that end equally go on. The order of the plays is drawn for the scene. \
@@ -24,7 +25,8 @@ pub(super) fn write(table: &Table) -> String {
          `search.json` has every play; `--go-on` plays what it does not have.\n\n\
          | scene | engine | sets tried | sets that played all | sets that solve any play | most plays solved | by named settings |\n\
          |---|---|---|---|---|---|---|\n",
-        table.record.line()
+        table.record.line(),
+        softhand_in_words()
     );
     for found in &table.found {
         let Found { scene, engine, version, plays, sets, .. } = found;

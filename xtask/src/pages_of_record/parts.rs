@@ -196,7 +196,7 @@ fn cameras(part: &DeclaredPart, tools: &Tools) -> Result<()> {
 fn throughput(part: &DeclaredPart, tools: &Tools) -> Result<()> {
     let scenes = tools.folder.join("mjcf");
     for (name, task, down) in SCENES {
-        for settings in ["recommended", "stiff5"] {
+        for settings in ["recommended+sleep=enable", "stiff5+sleep=enable"] {
             let mut scene = tools.compare()?;
             scene.args(["mjcf", "--task", task, "--settings", settings, "--out"]);
             scene.arg(scenes.join(name).join(settings));

@@ -1,6 +1,6 @@
 //! The same scene as a MuJoCo model.
 
-use super::settings::{ARMATURE, BOXES, CONDIM, Settings};
+use super::settings::{ARMATURE, BOXES, CONDIM, SLEEP, Settings};
 use super::surface::{Surface, Writing};
 use palmares_models::hand::{Hand, HingeKind, Inertia, Link};
 use palmares_models::mjcf::{Element, Lines};
@@ -81,7 +81,8 @@ struct Writer<'a> {
 pub(super) fn notes() -> Vec<String> {
     [
         "Newton, default tolerances; joint limits are as soft as contacts",
-        "bodies sleep as ours do in scenes without a hand; with one nothing sleeps, for MuJoCo would stop what is held",
+        "bodies sleep as ours do in scenes without a hand, and beside one with `sleep=enable`; MuJoCo lets neither a hand sleep nor \
+         what it touches",
         "rolling joint: two hinges in one body and a joint equality, no coupler mass",
         "tendon: fixed tendon and affine actuator with K and b of the model; its set point is clamped to where the \
          tendon will be and f_max beyond, since MuJoCo would clamp the force before its implicit step",
@@ -132,7 +133,8 @@ pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Opt
     let option = Element::new("option").text("timestep", &config.step_s.to_string());
     let option = option.attributes(&settings.option()).vector("gravity", config.gravity);
     out.open(option.text("sleep_tolerance", &config.sleep_linear.to_string()));
-    let sleep = if config.sleeping && model.hand().is_none() { "sleep=\"enable\"" } else { "" };
+    let sleeping = model.hand().is_none() || settings.get(SLEEP) == Some("enable");
+    let sleep = if config.sleeping && sleeping { "sleep=\"enable\"" } else { "" };
     out.leaf(Element::new("flag").attributes(&settings.flags()).attributes(sleep));
     out.close("option");
     out.leaf(Element::new("size").text("memory", "256M"));
@@ -513,8 +515,13 @@ mod tests {
     #[test]
     fn changed_options_reach_the_document() {
         let stiff5 = SETTINGS.iter().find(|it| it.name == "stiff5").expect("there are such");
-        let changes =
-            &[("solref", "-1000 -10"), ("condim", "4"), ("noslip_iterations", "10"), ("armature", "1e-6")];
+        let changes = &[
+            ("solref", "-1000 -10"),
+            ("condim", "4"),
+            ("noslip_iterations", "10"),
+            ("armature", "1e-6"),
+            ("sleep", "enable"),
+        ];
         let settings = stiff5.with("changed", "changed", changes).expect("all of these are options");
         let xml = written(&settings);
         for said in [
@@ -523,6 +530,7 @@ mod tests {
             "noslip_iterations='10'",
             "condim='4' friction='0.5 0.005 0.0'",
             "armature='1e-6'",
+            "sleep='enable'",
         ] {
             assert!(xml.contains(said), "{said}");
         }

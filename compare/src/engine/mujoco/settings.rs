@@ -45,14 +45,15 @@ const FLAG: [&str; 9] = [
 /// Attributes of every geom and pair.
 const CONTACT: [&str; 4] = ["solref", "solimp", "margin", "gap"];
 /// Options that are no attribute of their own: softness of the couplings of rolling joints, which are loop closures, least
-/// `condim` of every contact, `armature` of the hand's joints, and whether rounded boxes lose their roundings, which makes
-/// them MuJoCo's own boxes instead of meshes.
+/// `condim` of every contact, `armature` of the hand's joints, whether rounded boxes lose their roundings, which makes
+/// them MuJoCo's own boxes instead of meshes, and whether objects sleep beside a hand.
 pub(super) const COUPLING_SOLREF: &str = "coupling_solref";
 pub(super) const COUPLING_SOLIMP: &str = "coupling_solimp";
 pub(super) const CONDIM: &str = "condim";
 pub(super) const ARMATURE: &str = "armature";
 pub(super) const BOXES: &str = "boxes";
-const OTHER: [&str; 5] = [COUPLING_SOLREF, COUPLING_SOLIMP, CONDIM, ARMATURE, BOXES];
+pub(super) const SLEEP: &str = "sleep";
+const OTHER: [&str; 6] = [COUPLING_SOLREF, COUPLING_SOLIMP, CONDIM, ARMATURE, BOXES, SLEEP];
 
 impl Settings {
     /// The same with other options.
@@ -135,8 +136,8 @@ pub const SETTINGS: &[Settings] = &[
     },
     Settings {
         name: "recommended",
-        about: "what its table of recommended initial values says: solref 0.005, solimp as it comes, impratio 10, elliptic \
-                cones; of its two integrators the one for stiff springs and servos, discrete",
+        about: "its table of recommended initial values, but for condim 4 or 6 of pads and armature: solref 0.005, solimp as it comes, \
+                impratio 10, elliptic cones; of its two integrators the one for stiff springs and servos, discrete",
         options: &recommended("discrete"),
     },
     Settings {
@@ -184,9 +185,15 @@ impl Settings {
     }
 }
 
-/// The heavy box rests at two steps.
-pub const FOUND: &[FoundSettings] =
-    &[FoundSettings { settings: "stiff2+integrator=Euler", scenes: &["mass_ratio"] }];
+/// The heavy box rests at two steps. Objects sleep beside a hand, which MuJoCo never lets sleep.
+pub const FOUND: &[FoundSettings] = &[
+    FoundSettings { settings: "stiff2+integrator=Euler", scenes: &["mass_ratio"] },
+    FoundSettings { settings: "recommended+sleep=enable", scenes: MANY_OBJECTS },
+    FoundSettings { settings: "stiff5+sleep=enable", scenes: MANY_OBJECTS },
+];
+
+/// Scenes of a hand with objects that lie still.
+const MANY_OBJECTS: &[&str] = &["softhand_balls", "thirty_objects_and_hand", "dense_heap_and_hand"];
 
 const DEFAULT: EngineOptions = &[
     ("integrator", "discrete"),
