@@ -5,6 +5,7 @@ use clap::{Args, Parser, Subcommand};
 use palmares_bench::command::CaseOptions;
 use palmares_compare::engine::EngineKind;
 use palmares_compare::{cameras, child, grasps, mjcf, report, search, validation};
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 /// The hand emulator compared with other engines.
@@ -41,10 +42,10 @@ enum Command {
     },
     /// Repeat published measurements on real hands, and write a page about them.
     Validate(validation::ValidationOptions),
-    /// Judge the runs of a report's JSON again, and write its page and pictures anew, without running anything.
+    /// Write the page of a JSON beside it anew, without running anything; of a report judge the runs again, too.
     Page {
-        /// The file.
-        report: PathBuf,
+        /// A report.json, grasps.json or search.json.
+        file: PathBuf,
     },
     /// Compare the statements of README.md and docs/physics.md about the peers with the committed reports.
     /// Fails if they differ.
@@ -97,7 +98,11 @@ fn main() -> Result<()> {
             }
         }
         Command::Validate(options) => validation::run(&options),
-        Command::Page { report } => report::runner::rewrite(&report),
+        Command::Page { file } => match file.file_name().and_then(OsStr::to_str) {
+            Some("grasps.json") => grasps::command::rewrite(&file),
+            Some("search.json") => search::command::rewrite(&file),
+            _ => report::runner::rewrite(&file),
+        },
         Command::Claims { write: true, root } => report::claims::write(&root),
         Command::Claims { write: false, root } => {
             let stale = report::claims::stale(&root)?;

@@ -9,7 +9,7 @@ use clap::Args;
 use palmares_bench::cases::Setup;
 use palmares_bench::record::Record;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of a plan of grasps.
 #[derive(Args, Clone, Debug)]
@@ -135,6 +135,15 @@ pub fn run(options: &GraspOptions) -> Result<()> {
     fs::write(options.out.join("README.md"), &page)?;
     println!("{page}");
     Ok(())
+}
+
+/// Writes the page of a table anew.
+///
+/// # Errors
+/// No such file, or not a table of this format.
+pub fn rewrite(file: &Path) -> Result<()> {
+    let page = page::write(&table::Table::read(file)?);
+    Ok(fs::write(file.with_file_name("README.md"), page)?)
 }
 
 fn one(options: &GraspOptions, plan: &Plan, index: usize) -> Result<()> {

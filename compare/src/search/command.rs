@@ -12,7 +12,7 @@ use clap::Args;
 use palmares_bench::record::Record;
 use parking_lot::Mutex;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Scenes, extent and output of a search.
@@ -148,6 +148,14 @@ fn search(
         None => println!("{} {}: no set has played all plays", scene.name, kind.name()),
     }
     Ok(())
+}
+
+/// Writes the page of a table anew.
+///
+/// # Errors
+/// No such file, or not a table of this format.
+pub fn rewrite(file: &Path) -> Result<()> {
+    Ok(fs::write(file.with_file_name("README.md"), page::write(&Table::read(file)?))?)
 }
 
 /// Writes what is known so far; a search takes long.

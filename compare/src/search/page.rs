@@ -22,7 +22,8 @@ pub(super) fn write(table: &Table) -> String {
          millimetre; `grasps` are the first of each family of [drawn grasps](../grasps/README.md). \
          The number of plays that solve the scene decides, then how the others end, then the deepest \
          overlap. It says what a set does at these steps; the report says what the named settings do at all. \
-         `search.json` has every play; `--go-on` plays what it does not have.\n\n\
+         A search ends where its time is over, if need be within a round: the sets that it tried last have few plays then, and say \
+         little. `search.json` has every play; `--go-on` plays what it does not have.\n\n\
          | scene | engine | sets tried | sets that played all | sets that solve any play | most plays solved | by named settings |\n\
          |---|---|---|---|---|---|---|\n",
         table.record.line(),
