@@ -83,7 +83,7 @@ impl Engine for Own {
         let mut phases = Phases::new();
         self.world.step_timed(command, &mut phases);
         let total_s = clock::spent_s(start, self.overhead);
-        Ok(Cost { total_s, phases_s: phases.spent_s, ..Cost::default() })
+        Ok(Cost { total_s, phases_s: phases.spent_s })
     }
 
     fn state(&self) -> &State {
