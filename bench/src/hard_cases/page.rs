@@ -205,6 +205,7 @@ fn best(case: &str, peers: &Peers) -> String {
 mod tests {
     use super::super::list::CASES;
     use super::*;
+    use crate::record::root;
     use crate::sweep::{scene, steps};
 
     fn row(case: &str, figures: &[f64]) -> HardRow {
@@ -215,6 +216,21 @@ mod tests {
             Row { scene, points: steps(3).into_iter().map(point).collect() }
         };
         HardRow { hard, starts: figures.iter().map(start).collect() }
+    }
+
+    /// The committed page, beside the committed reports that it quotes.
+    #[test]
+    fn what_peers_do_at_their_best_is_what_the_reports_say() {
+        let peers = Peers::read().expect("the reports are there");
+        let file = root().join("docs/report/hard.md");
+        let text = std::fs::read_to_string(&file).expect("the page is there");
+        for HardCase { case, .. } in CASES {
+            let name = format!("`{case}`");
+            let cells = text.lines().map(|line| line.split(" | ").collect::<Vec<_>>());
+            let row = cells.into_iter().find(|cells| cells.len() == 10 && cells[1] == name);
+            let said = row.unwrap_or_else(|| panic!("hard.md has no {name}"))[8].to_owned();
+            assert_eq!(said, best(case, &peers), "{name}: `cargo xtask pages-of-record --only hard`");
+        }
     }
 
     #[test]
