@@ -47,8 +47,6 @@ fn head(page: &mut String, report: &Comparison) {
         "Every engine that can do a scene plays it at every step, a peer with each of its \
         [settings](#the-engines-and-their-settings) that can end otherwise there. {hand} How to read the tables:\n",
     );
-    let by_starts: Vec<&str> = BY_STARTS.into_iter().filter(|name| cases(report).contains(name)).collect();
-    let by_starts = by_starts.iter().map(|case| format!("`{case}`")).collect::<Vec<_>>().join(", ");
     let (repeats, limit_s, limit_by) = (report.repeats, report.run_limit_s, report.run_limit_by.words());
     for line in [
         "*Does it*: all numbers stay finite and no step fails. An object that is to be held is held. A figure with a bound (*at \
@@ -65,11 +63,10 @@ fn head(page: &mut String, report: &Comparison) {
          the same engine with a far smaller step. It says how much an outcome depends on the step, not which engine is right, and \
          makes no run useless. More than a metre apart a run *ends otherwise*."
             .to_owned(),
-        format!(
-            "*Starts*: in {by_starts}, where a start decides, every object stands up to {} mm aside along x and along y. The error is the share of starts from which a run fails. A run *does it* where at most \
-             half of them fail. There are {STARTS} starts, {FEW_STARTS} at steps below 1 ms and where the first {FEW_STARTS} agree.",
-            1e3 * ASIDE_M
-        ),
+    ]
+    .into_iter()
+    .chain(starts(report))
+    .chain([
         format!(
             "*CPU time*: that of the stepping thread for one simulated second, the median of {repeats} runs, fewer where they take \
              more than {ENOUGH_S} s. It has no start of a process, no reading of poses and clocks, no writing of commands. Only what \
@@ -84,7 +81,7 @@ fn head(page: &mut String, report: &Comparison) {
             "*Unfinished*: a run of a peer, or its reference, takes more than {limit_s} s {limit_by}. *Not played*: the scene \
              needs what the peer's adapter does not pass on. Both count neither for nor against anyone."
         ),
-    ] {
+    ]) {
         put!(page, "- {line}");
     }
     page.push('\n');
@@ -101,6 +98,22 @@ fn head(page: &mut String, report: &Comparison) {
         put!(page, "- {} did not run: {}", note.name, note.version);
     }
     page.push('\n');
+}
+
+/// How a report plays its scenes from many starts; none where it has no such scene.
+fn starts(report: &Comparison) -> Option<String> {
+    let of_report = cases(report);
+    let names = BY_STARTS.into_iter().filter(|name| of_report.contains(name));
+    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "*Starts*: in {}, where a start decides, every object stands up to {} mm aside along x and along y. The error is the \
+             share of starts from which a run fails. A run *does it* where at most half of them fail. There are {STARTS} starts, \
+             {FEW_STARTS} at steps below 1 ms and where the first {FEW_STARTS} agree.",
+            names.join(", "),
+            1e3 * ASIDE_M
+        )
+    })
 }
 
 /// What a part of the pages of record is about.
@@ -358,6 +371,22 @@ fn row(page: &mut String, run: &Run, unit: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::runner;
+    use std::path::Path;
+
+    #[test]
+    fn a_report_names_its_own_scenes_of_many_starts() {
+        let of = |file: &str| {
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/report").join(file);
+            starts(&runner::read(&file).expect("a report"))
+        };
+        assert_eq!(of("further/report.json"), None, "it has none");
+        let hands = of("hands/report.json").expect("it has some");
+        assert!(
+            hands.starts_with("*Starts*: in `softhand_cylinder`, `softhand_box`, `softhand_balls`, "),
+            "{hands}"
+        );
+    }
 
     #[test]
     fn no_two_reports_have_the_same_title() {
