@@ -25,6 +25,9 @@ pub enum EngineKind {
     Drake(&'static drake::Settings),
 }
 
+/// The name of all drawn grasps together, where settings and searches name scenes.
+pub const GRASPS: &str = "grasps";
+
 /// What a search found for an engine.
 fn found(name: &str) -> &'static [FoundSettings] {
     match name {
@@ -89,6 +92,11 @@ impl EngineKind {
             (EngineKind::Drake(settings), None) => settings.differ_with(surfaces),
             (EngineKind::Own, None) => true,
         }
+    }
+
+    /// Whether drawn grasps are played with these settings.
+    pub fn plays_grasps(self) -> bool {
+        self.plays(GRASPS, true, Surfaces::default())
     }
 
     /// Description of these settings, with the reason to choose them.

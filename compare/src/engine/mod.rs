@@ -12,6 +12,6 @@ mod tests;
 mod worker;
 
 pub use adapter::{Adapter, Feature, NotPlayed};
-pub use kind::EngineKind;
+pub use kind::{EngineKind, GRASPS};
 pub use surfaces::Surfaces;
 pub use worker::Recording;

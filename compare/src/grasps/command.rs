@@ -23,7 +23,7 @@ pub struct GraspOptions {
     /// Engines, by commas: own, rapier, mujoco.
     #[arg(long, value_delimiter = ',', default_value = "own,rapier,mujoco")]
     engine: Vec<String>,
-    /// Named settings of the peers, by commas; all of them if not given.
+    /// Named settings of the peers, by commas; all that are for grasps if not given.
     #[arg(long, value_delimiter = ',')]
     settings: Vec<String>,
     /// Steps, ms, by commas.
@@ -95,9 +95,9 @@ impl GraspOptions {
             let wanted: Vec<EngineKind> = all
                 .into_iter()
                 .filter(|kind| {
+                    let is_named = || self.settings.iter().any(|settings| settings == kind.settings());
                     *kind == EngineKind::Own
-                        || self.settings.is_empty()
-                        || self.settings.iter().any(|settings| settings == kind.settings())
+                        || if self.settings.is_empty() { kind.plays_grasps() } else { is_named() }
                 })
                 .collect();
             ensure!(

@@ -4,7 +4,7 @@ use super::cell::Cell;
 use super::row::OutcomeRow;
 use super::table::{Sum, Table, best};
 use super::tally::{Count, wilson};
-use crate::engine::{EngineKind, Surfaces};
+use crate::engine::EngineKind;
 use crate::peer_key::Kept;
 use crate::trials::play::{MOVED_M, OVERLAP_M};
 use palmares_bench::rigs::softhand_in_words;
@@ -119,7 +119,7 @@ fn head(page: &mut String, table: &Table) {
 /// The settings of an engine for grasps that are not played; the engine alone if none are.
 fn not_played(engine: &str, is_played: impl Fn(&EngineKind) -> bool) -> Option<String> {
     let (played, left_out): (Vec<_>, Vec<_>) = EngineKind::all()
-        .filter(|kind| kind.name() == engine && kind.plays("grasps", true, Surfaces::default()))
+        .filter(|kind| kind.name() == engine && kind.plays_grasps())
         .partition(|kind| is_played(kind));
     let settings: Vec<String> = left_out.iter().map(|kind| format!("`{}`", kind.settings())).collect();
     match (played.is_empty(), left_out.is_empty()) {

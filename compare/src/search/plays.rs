@@ -3,7 +3,7 @@
 use super::kept::{At, rounded};
 use super::score::{End, Outcome};
 use crate::child::{Failure, Task};
-use crate::engine::{EngineKind, NotPlayed};
+use crate::engine::{EngineKind, GRASPS, NotPlayed};
 use crate::played::Played;
 use crate::scene_id::{self, Asked};
 use crate::trials::family::{Family, HandKind, Trial};
@@ -11,9 +11,6 @@ use crate::trials::play::{Ending, Fate};
 use anyhow::{Context, Result};
 use palmares_bench::cases;
 use std::collections::BTreeMap;
-
-/// The name under which the drawn grasps of the SoftHand are a scene of a search.
-pub(super) const GRASPS: &str = "grasps";
 
 /// A scene of a search, and how it can be played.
 pub(super) struct SearchScene {

@@ -57,19 +57,21 @@ pub(crate) fn run(options: &RecordPagesOptions) -> Result<()> {
             open.push((part, fingerprint));
         }
     }
-    let left = |open: &[(&DeclaredPart, String)]| {
-        open.iter().filter_map(|(part, _)| finished_parts.usual_minutes(part)).sum::<f64>()
-    };
-    println!("{} of {} parts are to be made, usually {}", open.len(), parts.len(), duration(left(&open)));
+    println!(
+        "{} of {} parts are to be made, {}",
+        open.len(),
+        parts.len(),
+        usual_time(&finished_parts, &open)
+    );
     if options.list || open.is_empty() {
         return Ok(());
     }
     golden(&tools)?;
     let mut failed = Vec::new();
     for (place, (part, fingerprint)) in open.iter().enumerate() {
-        let rest: f64 = open[place..].iter().filter_map(|(part, _)| finished_parts.usual_minutes(part)).sum();
+        let rest = usual_time(&finished_parts, &open[place..]);
         let DeclaredPart { name, about, .. } = part;
-        println!("\n== {name}: {about}; part {} of {}, {} are left", place + 1, open.len(), duration(rest));
+        println!("\n== {name}: {about}; part {} of {}, with those after it {rest}", place + 1, open.len());
         let begun = Instant::now();
         match parts::make(part, &tools) {
             Ok(()) => {
@@ -109,6 +111,18 @@ fn listed(part: &DeclaredPart, finished_parts: &FinishedParts, finished: bool) -
         false => finished_parts.usual_minutes(part).map_or_else(|| "not timed".to_owned(), duration),
     };
     format!("{:<14}{status:<10}{}: {}", part.name, part.about, part.pages.join(", "))
+}
+
+/// The usual time of these parts together, in words.
+fn usual_time(finished_parts: &FinishedParts, open: &[(&DeclaredPart, String)]) -> String {
+    let times: Vec<Option<f64>> = open.iter().map(|(part, _)| finished_parts.usual_minutes(part)).collect();
+    let timed: Vec<f64> = times.iter().flatten().copied().collect();
+    let not_timed = match times.len() - timed.len() {
+        0 => "",
+        _ if timed.is_empty() => return "not timed yet".to_owned(),
+        _ => " and what parts take that are not timed yet",
+    };
+    format!("usually {}{not_timed}", duration(timed.iter().sum()))
 }
 
 /// A duration in words.
