@@ -10,6 +10,21 @@ const WIDE = { width: 1280, height: 800 };
 
 test.use({ viewport: WIDE, colorScheme: 'light' });
 
+/** Draws with every detail from now on, however long a frame takes. */
+async function fine(page: Page): Promise<void> {
+  await page.waitForFunction(() => window.palmares?.['stage'] !== undefined);
+  await page.evaluate(() => {
+    const { stage } = window.palmares as unknown as {
+      stage: { control: { level: number; frame(): boolean }; applyDetail(): void };
+    };
+    stage.control.level = 0;
+    stage.control.frame = () => false;
+    stage.applyDetail();
+  });
+  // Its first frames.
+  await page.waitForTimeout(3000);
+}
+
 /** Shows only the 3D view, from nearer: `near` is the share of the camera's distance. */
 async function alone(page: Page, near: number): Promise<void> {
   await page.evaluate((share) => {
@@ -54,13 +69,14 @@ test('the tasks, and a replay with its charts', async ({ page, server }) => {
       await page.goto(`${server.url}/replay/${run}#t=${time}`);
       for (const label of ['Contact forces', 'Predicted equilibrium']) await page.getByLabel(label).check();
       await page.getByRole('button', { name: 'Palm', exact: true }).click();
-      await page.waitForTimeout(2000);
+      await fine(page);
       await page.screenshot({ path: `${FOLDER}replay.png` });
     }
     await page.setViewportSize({ width: WIDE.width, height: 1100 });
     await page.goto('about:blank');
     await page.goto(`${server.url}/replay/${run}#t=${time}`);
     await page.getByRole('button', { name: 'Whole', exact: true }).click();
+    await fine(page);
     await alone(page, 0.62);
     await page.locator('.stage canvas').screenshot({ path: `${FOLDER}${task}.png` });
     await page.setViewportSize(WIDE);
@@ -78,7 +94,7 @@ test('a world as it is played', async ({ page, server }) => {
   await page.getByText('is in the goal').nth(1).waitFor();
   // Software rendering is behind the numbers: wait for it.
   example.hold();
-  await page.waitForTimeout(2000);
+  await fine(page);
   await page.screenshot({ path: `${FOLDER}live.png` });
   example.stop();
 });
@@ -101,6 +117,7 @@ test('each hand, half closed, with its frames and names', async ({ page, server 
     await page.goto(`${server.url}/hands/${hand}`);
     await page.getByRole('button', { name: 'Half', exact: true }).click();
     for (const label of ['Names of links', 'Frames: base, palm']) await page.getByLabel(label).check();
+    await fine(page);
     await alone(page, near);
     await page.locator('.stage').screenshot({ path: `${FOLDER}${hand}.png` });
   }
