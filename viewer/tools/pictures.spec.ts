@@ -57,9 +57,9 @@ function timeOf(page: Page, kind: string, n: number): Promise<number> {
 }
 
 test('the tasks, and a replay with its charts', async ({ page, server }) => {
-  for (const [task, before] of [
-    ['balls', 1.6],
-    ['shelf', 2.2],
+  for (const [task, before, near] of [
+    ['balls', 1.6, 0.75],
+    ['shelf', 2.2, 1],
   ] as const) {
     const { run_id: run } = await Example.start(`${task}_softhand.py`, server.url, '--seed', '1', '--team', 'crabs').played;
     await page.goto(`${server.url}/replay/${run}`);
@@ -77,7 +77,7 @@ test('the tasks, and a replay with its charts', async ({ page, server }) => {
     await page.goto(`${server.url}/replay/${run}#t=${time}`);
     await page.getByRole('button', { name: 'Whole', exact: true }).click();
     await fine(page);
-    await alone(page, 0.62);
+    await alone(page, near);
     await page.locator('.stage canvas').screenshot({ path: `${FOLDER}${task}.png` });
     await page.setViewportSize(WIDE);
   }

@@ -6,7 +6,7 @@ use super::page;
 use super::player::Engines;
 use super::plays::SearchScene;
 use super::table::{Found, Table};
-use crate::engine::EngineKind;
+use crate::engine::{EngineKind, Surfaces};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use palmares_bench::record::Record;
@@ -129,10 +129,11 @@ fn search(
         save,
     };
     let mut halving = Halving::new(&player, &scene.name, player.plays.len());
-    let named = EngineKind::bases(kind.name());
-    let found: Vec<EngineKind> =
-        EngineKind::with_all_settings(kind.name())?.into_iter().filter(|it| !named.contains(it)).collect();
-    halving.run(&named, options.expansions, &found)?;
+    // Those that reports play in this scene go first.
+    let all = EngineKind::with_all_settings(kind.name())?.into_iter();
+    let (named, others): (Vec<EngineKind>, Vec<EngineKind>) =
+        all.partition(|it| it.plays(&scene.name, true, Surfaces::default()));
+    halving.run(&named, options.expansions, &others)?;
     save(&player.sets.lock())?;
     match halving.best() {
         Some((best, score)) => {

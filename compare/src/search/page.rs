@@ -31,10 +31,11 @@ pub(super) fn write(table: &Table) -> String {
     );
     for found in &table.found {
         let Found { scene, engine, version, plays, sets, .. } = found;
-        let (most, named) = (found.most(), found.most_named());
+        let solved = |solved: Option<usize>| solved.map_or("–".to_owned(), |n| format!("{n} of {plays}"));
+        let (most, named) = (solved(found.most()), solved(found.most_named()));
         let _ = writeln!(
             page,
-            "| {scene} | {engine} {version} | {} | {} | {} | {most} of {plays} | {named} of {plays} |",
+            "| {scene} | {engine} {version} | {} | {} | {} | {most} | {named} |",
             sets.len(),
             found.whole().count(),
             found.solving().count(),

@@ -61,20 +61,20 @@ impl Found {
         self.sets.iter().filter(|set| set.of + set.unfinished >= self.plays)
     }
 
-    /// The largest number of plays that any of these solves.
-    pub fn most(&self) -> usize {
-        self.whole().map(|set| set.solved).max().unwrap_or(0)
+    /// The largest number of plays that any of these solves; none if there is no such set.
+    pub fn most(&self) -> Option<usize> {
+        self.whole().map(|set| set.solved).max()
     }
 
     /// The same of the named settings, which reports play.
-    pub fn most_named(&self) -> usize {
+    pub fn most_named(&self) -> Option<usize> {
         let named = |set: &&Set| {
             EngineKind::all().any(|kind| {
                 (kind.name(), kind.settings()) == (&*self.engine, &*set.settings)
                     && kind.plays(&self.scene, true, Surfaces::default())
             })
         };
-        self.whole().filter(named).map(|set| set.solved).max().unwrap_or(0)
+        self.whole().filter(named).map(|set| set.solved).max()
     }
 
     /// Sets that solve the scene in at least one play.
