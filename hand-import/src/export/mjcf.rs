@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use palmares_models::hand::path::TendonPath;
 use palmares_models::hand::{Coordinate, Hand, Inertia, Tendon};
 use palmares_models::mjcf::{Element, Lines};
 use palmares_models::{Mat3, Pose, Vec3};
@@ -14,6 +15,8 @@ use crate::decision::{At, DecisionKind, Log};
 use crate::draft::{Draft, Geometry, Joint, JointKind, Link, LinkShape, Triangles};
 use crate::glance::STATED;
 
+/// Least stiffness of a passive tendon that is written as an equality, which is nearly rigid, N·m/rad.
+const STIFF: f64 = 100.0;
 /// Spring length beyond every tendon's, m or rad.
 const FAR: f64 = 1e9;
 
@@ -50,7 +53,9 @@ pub(super) fn document(complete: &Complete, hand: &Hand, log: &mut Log) -> Strin
     out.leaf(compiler.text("inertiafromgeom", "false").text("balanceinertia", "true"));
     // Tendons are stiff and links light. The integrator is implicit in position and velocity, limits and couplings are nearly rigid.
     out.comment("`discrete` needs MuJoCo 4; with an earlier one: implicitfast, and timestep=\"0.0002\"");
-    out.leaf(Element::new("option").text("integrator", "discrete").text("cone", "elliptic"));
+    out.open(Element::new("option").text("integrator", "discrete").text("cone", "elliptic"));
+    out.leaf(Element::new("flag").text("filterparent", "disable"));
+    out.close("option");
     out.open(Element::new("default"));
     out.leaf(Element::new("joint").numbers("solimplimit", [0.9999, 0.9999, 0.001]));
     out.leaf(Element::new("equality").numbers("solimp", [0.999, 0.999, 0.001]));
@@ -242,12 +247,34 @@ impl<'a> Writer<'a> {
         own.or_else(of_hand).or_else(drawn).or(self.draft.friction).unwrap_or(1.0)
     }
 
-    /// Pairs that never touch.
+    /// The link of the loaded hand that a body is a part of: fixed joints merge links.
+    fn part_of(&self, link: &str) -> Option<usize> {
+        let mut at = link;
+        for _ in 0..self.draft.links.len() {
+            if let Some(index) = self.hand.link(at) {
+                return Some(index);
+            }
+            at = &self.draft.joints.iter().find(|joint| joint.child == at)?.parent;
+        }
+        None
+    }
+
+    /// Pairs that never touch: those of the hand, and all neighbours. MuJoCo keeps from each other the neighbours in its own tree,
+    /// where joints without a link between them are one step and the base is a part of the world: its filter is off.
     fn contacts(&mut self) {
         let mut out = Lines::at(2);
-        for pair in &self.hand.no_collision {
-            let [a, b] = pair.map(|index| self.hand.links[index].name.as_str());
-            out.leaf(Element::exclude(a, b));
+        let hand = self.hand;
+        let solid = self.draft.links.iter().filter(|link| !link.collisions.is_empty());
+        let parts: Vec<(&str, usize)> =
+            solid.filter_map(|link| Some((link.name.as_str(), self.part_of(&link.name)?))).collect();
+        let apart = |a: usize, b: usize| {
+            let neighbours = hand.links[b].parent == Some(a) || hand.links[a].parent == Some(b);
+            neighbours || hand.no_collision.contains(&[a.min(b), a.max(b)])
+        };
+        for (place, &(first, a)) in parts.iter().enumerate() {
+            for &(second, _) in parts[place + 1..].iter().filter(|(_, b)| apart(a, *b)) {
+                out.leaf(Element::exclude(first, second));
+            }
         }
         self.rest.section("contact", out);
     }
@@ -259,6 +286,9 @@ impl<'a> Writer<'a> {
             let coupled = Element::coupling(&coupling.joint, &coupling.leader);
             out.leaf(coupled.numbers("polycoef", (0..5).map(coefficient)));
         }
+        for (joint, leader, polynomial) in self.hand.tendons.iter().filter_map(|tendon| self.curve(tendon)) {
+            out.leaf(Element::coupling(joint, leader).numbers("polycoef", polynomial));
+        }
         for pin in &self.hand.linkages {
             let [a, b] = pin.links.map(|link| self.hand.links[link].name.as_str());
             let connect = Element::new("connect").text("name", &pin.name).text("body1", a).text("body2", b);
@@ -267,10 +297,29 @@ impl<'a> Writer<'a> {
         self.rest.section("equality", out);
     }
 
+    /// A tendon that only ties a joint to a curve of another's coordinate, as the joints' names and the polynomial.
+    fn curve(&self, tendon: &Tendon) -> Option<(&'a str, &'a str, [f64; 5])> {
+        let ([(joint, arm)], [element]) = (tendon.moment_arms.as_slice(), tendon.elements.as_slice()) else {
+            return None;
+        };
+        let TendonPath::Polynomial(path) = &element.path else { return None };
+        let ties = tendon.motors.is_empty() && tendon.both_ways && *joint != element.coordinate;
+        if !ties || path.coefficients.len() > 4 || tendon.stiffness < STIFF {
+            return None;
+        }
+        let mut polynomial = [tendon.rest / arm, 0.0, 0.0, 0.0, 0.0];
+        polynomial[1..].iter_mut().zip(&path.coefficients).for_each(|(to, c)| *to = -c / arm);
+        let name = |c: usize| self.hand.coordinates[c].name.as_str();
+        Some((name(*joint), name(element.coordinate), polynomial))
+    }
+
     fn tendons(&mut self) {
         let (mut tendons, mut actuators) = (Lines::at(2), Lines::at(2));
         let hand = self.hand;
         for tendon in &hand.tendons {
+            if self.curve(tendon).is_some() {
+                continue;
+            }
             let arms = self.arms(tendon);
             let (limit, damping) = (tendon.force_limit, tendon.damping);
             let named = Element::new("fixed").text("name", &tendon.name);
@@ -322,6 +371,8 @@ impl<'a> Writer<'a> {
             return arms;
         }
         let exact = arms.iter().map(|(joint, r)| format!("{joint}={r:?}")).collect::<Vec<_>>().join(" ");
+        // A text of MJCF has at least one character.
+        let exact = if exact.is_empty() { " ".to_owned() } else { exact };
         self.texts.push((format!("arms:{}", tendon.name), exact));
         for element in &tendon.elements {
             let c = &hand.coordinates[element.coordinate];

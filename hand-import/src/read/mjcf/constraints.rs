@@ -20,6 +20,7 @@ impl Reader<'_> {
             let law = match element.name.as_str() {
                 "joint" => self.joint_law(element, &at),
                 "connect" | "weld" => self.body_law(element, &at, &poses),
+                "tendon" => self.tendon_law(element, &at),
                 _ => {
                     self.log.lost(
                         At::Hand,
