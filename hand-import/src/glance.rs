@@ -4,6 +4,8 @@ use std::borrow::Cow;
 
 /// Name of the text that lists tendons which only `hand.toml` states.
 pub(crate) const STATED: &str = "tendons_of_settings";
+/// How names of exclusions begin that only MJCF's sharp boxes need.
+pub(crate) const WITH_CORNERS: &str = "with_corners:";
 
 /// What a file shows of its format.
 pub(crate) struct Glance<'a> {

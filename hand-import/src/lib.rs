@@ -28,8 +28,8 @@ mod xml;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use palmares_models::error::LoadWarning;
-use palmares_models::read::{Files, LoadOptions, from_files};
+use palmares_models::measure::HandLimits;
+use palmares_models::read::{Files, LoadOptions, Loaded, from_files};
 
 use crate::decision::{At, Log};
 use crate::error::ImportError;
@@ -89,31 +89,32 @@ pub fn import_source(source: &Source, options: &ImportOptions) -> Result<Importe
         return Err(ImportError::unreadable(source.display(&file), problem));
     }
     let mut hand = complete::complete(draft, source, options, &mut log);
-    // The loader judges the written files. Its findings go into the comments as well.
+    // The loader and the limits judge the written files. Their findings go into the comments as well.
+    let mut loaded = load(&write(&hand, &log, format, options));
+    let stand_ins =
+        loaded.as_ref().map(|loaded| hand.stand_in_inertias(&loaded.warnings)).unwrap_or_default();
+    if !stand_ins.is_empty() {
+        let names: Vec<&str> = stand_ins.iter().map(String::as_str).collect();
+        let text = format!(
+            "the inertia of {} is not that of their shapes at this mass: a stand-in; theirs come from their shapes",
+            complete::shown(&names)
+        );
+        log.guessed(At::Hand, "robot", text);
+        hand.inertia_from_shapes.extend(stand_ins);
+        loaded = load(&write(&hand, &log, format, options));
+    }
     let mut warnings = Vec::new();
-    match load(&write(&hand, &log, format, options)) {
-        Ok(found) => {
-            let stand_ins =
-                found.iter().filter(|warning| warning.message.contains("inertia = \"from_geometry\""));
-            let links: Vec<&str> = stand_ins.map(|warning| warning.element.as_str()).collect();
-            if !links.is_empty() && hand.draft.settings.is_none() {
-                let shown = links.iter().take(4).copied().collect::<Vec<_>>().join(", ");
-                let more = if links.len() > 4 { "…" } else { "" };
-                let text = format!(
-                    "{} inertias are not those of their shapes ({shown}{more}); all inertias come from the shapes",
-                    links.len()
-                );
-                log.guessed(At::Hand, "robot", text);
-                hand.inertia_from_shapes = true;
+    match loaded {
+        Ok(loaded) => {
+            let excesses = HandLimits::default().excesses(&loaded.hand.figures(), &loaded.sources);
+            for excess in excesses {
+                log.problem(At::Hand, "hand", format!("is beyond what a hand may have: {excess}"));
             }
-            warnings = found;
+            warnings = loaded.warnings;
         }
         Err(error) => log.problem(At::Hand, "hand", format!("does not load yet: {error}")),
     }
     let files = write(&hand, &log, format, options);
-    if hand.inertia_from_shapes {
-        warnings = load(&files).unwrap_or(warnings);
-    }
     let name = hand.draft.name.clone();
     let description = source.display(&file);
     Ok(Imported { name, format, description, files, decisions: log.decisions, warnings })
@@ -139,7 +140,7 @@ fn write(
     files
 }
 
-fn load(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<Vec<LoadWarning>, palmares_models::error::ModelError> {
+fn load(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<Loaded, palmares_models::error::ModelError> {
     let files = Files::Archive { file: PathBuf::new(), folder: PathBuf::new(), entries: files.clone() };
-    Ok(from_files(files, None, &LoadOptions::default())?.warnings)
+    from_files(files, None, &LoadOptions::default())
 }

@@ -4,6 +4,7 @@ use crate::closure::{AGREEMENT, CLOSING_BUDGET, Closure, Problem, close};
 use crate::describe::{describe, short};
 use crate::figures::figures;
 use crate::load::{Found, LimitsOf, examine_hand, hint, parse_sigma};
+use crate::stuck::stuck;
 use crate::table::{columns, table, widest, wrapped};
 use crate::views::draw_hand;
 use clap::Args;
@@ -120,8 +121,8 @@ pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result
                 "\nFigures, compared with the built-in hands\n{}",
                 figures(&hand.name, &report.figures, width)
             );
-            let mut closed =
-                "\nFree closure: not simulated, because the hand is beyond the limits\n".to_owned();
+            let mut closed = "\nFree closure: not simulated, because of the errors below\n".to_owned();
+            report.errors.extend(stuck(&hand));
             // Beyond the limits a hand may make the simulation fail or take very long.
             if report.errors.is_empty() {
                 report.errors.extend(inspect::in_the_way(&hand, &Task::builtin()));

@@ -21,6 +21,7 @@ mod outline;
 mod progress;
 mod push;
 mod show;
+mod stuck;
 pub mod table;
 mod trial;
 mod view;

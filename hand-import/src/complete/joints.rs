@@ -6,8 +6,10 @@ use palmares_models::hand::CoordinateSettings;
 
 use super::followers::{Follows, length, relocate, shorten};
 use crate::decision::{At, Log};
-use crate::draft::{Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, Origin};
+use crate::draft::{Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, Origin, TendonPath, Tie};
 
+/// Largest error of a line for a coupling that is a curve, rad or m.
+const CURVED: f64 = 0.005;
 /// A range smaller than this is none, rad or m.
 const SMALLEST_RANGE: f64 = 1e-6;
 /// Part of the leader's range below which a follower's limits contradict it.
@@ -101,13 +103,30 @@ fn couplings(draft: &mut Draft, log: &mut Log) {
             continue;
         }
         if curved {
-            let linear = linear_fit(coefficients, range_of(draft, leader));
+            let range = range_of(draft, leader);
+            let (line, off) = linear_fit(coefficients, range, range_of(draft, &coupling.joint));
+            let joints = || draft.joints.iter().filter(|joint| !draft.moves_nothing(joint));
+            let moves = |name: &str| joints().any(|joint| joint.name == name);
+            if off > CURVED && draft.settings.is_none() && moves(leader) && moves(&coupling.joint) {
+                let text = format!(
+                    "follows '{leader}' by the polynomial {coefficients:?}, no line: a stiff tendon that pulls both ways keeps it there"
+                );
+                log.taken(at, element, text);
+                let name = format!("{}_curve", coupling.joint);
+                let turns = kind(&coupling.joint) != Some(JointKind::Prismatic);
+                let path = TendonPath::Polynomial(
+                    std::iter::once(0.0).chain(coefficients[1..].iter().map(|c| -c)).collect(),
+                );
+                let joints = vec![(coupling.joint.clone(), TendonPath::Arm(1.0)), (leader.clone(), path)];
+                draft.tendons.push(Tie { turns, rest: constant }.tendon(&name, joints));
+                continue;
+            }
             let text = format!(
-                "follows '{leader}' by the polynomial {coefficients:?}; taken is the line {:?}, which fits best over the leader's range",
-                linear
+                "follows '{leader}' by the polynomial {coefficients:?}; taken is the line {line:?}, off by at most {off:.4} over the \
+                 leader's range"
             );
             log.guessed(at, element, text);
-            kept.push(Coupling { coefficients: linear.to_vec(), ..coupling });
+            kept.push(Coupling { coefficients: line.to_vec(), ..coupling });
             continue;
         }
         kept.push(Coupling { coefficients: vec![constant, slope], ..coupling });
@@ -226,18 +245,39 @@ pub(crate) fn idle(draft: &mut Draft, log: &mut Log) {
     draft.springs.retain(|spring| !spring.joints.is_empty());
 }
 
-/// The line with the least squared error over a range.
-fn linear_fit(coefficients: &[f64], [low, high]: [f64; 2]) -> [f64; 2] {
+/// The line with the least squared error over a range among those within the follower's limits, and its largest error.
+fn linear_fit(coefficients: &[f64], [low, high]: [f64; 2], limits: [f64; 2]) -> ([f64; 2], f64) {
     const POINTS: usize = 101;
+    if low == high {
+        return ([coefficients[0], coefficients.get(1).copied().unwrap_or_default()], 0.0);
+    }
     let value = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
-    let x = |k: usize| low + (high - low) * k as f64 / (POINTS - 1) as f64;
-    let n = POINTS as f64;
-    let mean_x = (0..POINTS).map(x).sum::<f64>() / n;
-    let mean_y = (0..POINTS).map(|k| value(x(k))).sum::<f64>() / n;
-    let along: f64 = (0..POINTS).map(|k| (x(k) - mean_x) * (value(x(k)) - mean_y)).sum();
-    let square: f64 = (0..POINTS).map(|k| (x(k) - mean_x).powi(2)).sum();
-    let slope = if square > 0.0 { along / square } else { coefficients.get(1).copied().unwrap_or_default() };
-    [mean_y - slope * mean_x, slope]
+    // The part of the range from its lower end.
+    let part = |k: usize| k as f64 / (POINTS - 1) as f64;
+    let at = |k: usize| value(low + (high - low) * part(k));
+    // Normal equations in the values at both ends.
+    let (mut aa, mut ab, mut bb, mut ay, mut by) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for k in 0..POINTS {
+        let (a, b, y) = (1.0 - part(k), part(k), at(k));
+        (aa, ab, bb, ay, by) = (aa + a * a, ab + a * b, bb + b * b, ay + a * y, by + b * y);
+    }
+    let clamped = |x: f64| x.clamp(limits[0], limits[1]);
+    let determinant = aa * bb - ab * ab;
+    let (mut from, mut to) = ((ay * bb - by * ab) / determinant, (by * aa - ay * ab) / determinant);
+    if clamped(from) != from || clamped(to) != to {
+        let sum = |from: f64, to: f64| {
+            (0..POINTS).map(|k| (from + (to - from) * part(k) - at(k)).powi(2)).sum::<f64>()
+        };
+        // The least value is at a limit of one end, with the other free within its own.
+        let edges = limits.into_iter().flat_map(|edge| {
+            [(edge, clamped((by - ab * edge) / bb)), (clamped((ay - ab * edge) / aa), edge)]
+        });
+        let best = edges.min_by(|a, b| sum(a.0, a.1).total_cmp(&sum(b.0, b.1)));
+        (from, to) = best.unwrap_or((from, to));
+    }
+    let off = (0..POINTS).map(|k| (from + (to - from) * part(k) - at(k)).abs()).fold(0.0, f64::max);
+    let slope = (to - from) / (high - low);
+    ([from - slope * low, slope], off)
 }
 
 fn range_of(draft: &Draft, joint: &str) -> [f64; 2] {

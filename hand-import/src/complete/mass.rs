@@ -70,10 +70,10 @@ pub(crate) fn complete(draft: &mut Draft, meshes: &Meshes, log: &mut Log) {
     }
 }
 
-/// Whether some link has an inertia that no rigid body has, so that all are better taken from the shapes.
-pub(crate) fn implausible(draft: &Draft, log: &mut Log) -> bool {
+/// Links whose inertia is missing or one that no rigid body has: theirs is better taken from their shapes.
+pub(crate) fn implausible(draft: &Draft, log: &mut Log) -> BTreeSet<String> {
     if draft.settings.is_some() {
-        return false;
+        return BTreeSet::new();
     }
     let shaped =
         |link: &&Link| link.inertial.filter(|inertial| inertial.mass > 0.0 && !link.collisions.is_empty());
@@ -87,19 +87,22 @@ pub(crate) fn implausible(draft: &Draft, log: &mut Log) -> bool {
         Inertia { mass, com: Vec3::ZERO, about_com }.implausible().is_some()
     };
     let (without, wrong) = (named(&missing), named(&|inertial| !missing(inertial) && impossible(inertial)));
-    let problems = [("states no inertia for", &without), ("no rigid body has the inertia of", &wrong)];
-    let mut all = Vec::new();
-    for (problem, names) in problems.into_iter().filter(|(_, names)| !names.is_empty()) {
-        let shown = names.iter().take(6).copied().collect::<Vec<_>>().join(", ");
-        let more = if names.len() > 6 { "…" } else { "" };
-        all.push(format!("{problem} {} links ({shown}{more})", names.len()));
+    for (problem, names) in
+        [("states no inertia for", &without), ("no rigid body has the inertia of", &wrong)]
+    {
+        if !names.is_empty() {
+            let text = format!("{problem} {}; theirs come from their shapes", shown(names));
+            log.guessed(At::Hand, "robot", text);
+        }
     }
-    if all.is_empty() {
-        return false;
-    }
-    let text = format!("{}; all inertias come from the shapes", all.join("; "));
-    log.guessed(At::Hand, "robot", text);
-    true
+    without.into_iter().chain(wrong).map(str::to_owned).collect()
+}
+
+/// How many links these are, and the names of the first ones.
+pub(crate) fn shown(links: &[&str]) -> String {
+    let first = links.iter().take(6).copied().collect::<Vec<_>>().join(", ");
+    let more = if links.len() > 6 { ", …" } else { "" };
+    format!("{} {} ({first}{more})", links.len(), if links.len() == 1 { "link" } else { "links" })
 }
 
 /// Links that fixed joints connect, by the moving link that they follow.

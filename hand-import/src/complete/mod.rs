@@ -14,6 +14,9 @@ mod servos;
 mod shapes;
 mod tree;
 
+use std::collections::BTreeSet;
+
+use palmares_models::error::LoadWarning;
 use palmares_models::hand::Motor;
 
 use crate::decision::Log;
@@ -22,6 +25,7 @@ use crate::meshes::{self, Meshes};
 use crate::options::ImportOptions;
 use crate::source::Source;
 
+pub(crate) use mass::shown;
 pub(crate) use motors::Wound;
 pub(crate) use servos::{Servo, ServoNumbers};
 
@@ -29,13 +33,26 @@ pub(crate) use servos::{Servo, ServoNumbers};
 pub(crate) struct Complete {
     pub(crate) draft: Draft,
     pub(crate) meshes: Meshes,
-    /// Whether inertias come from the shapes instead of the source.
-    pub(crate) inertia_from_shapes: bool,
+    /// Links whose inertia comes from their shapes instead of the source.
+    pub(crate) inertia_from_shapes: BTreeSet<String>,
     /// In the order of the source.
     pub(crate) motors: Vec<Motor>,
     pub(crate) tendons: Vec<Wound>,
     /// In the order of the source.
     pub(crate) servos: Vec<Servo>,
+}
+
+impl Complete {
+    /// Links of which the loader says that their inertia is far from that of their shapes.
+    pub(crate) fn stand_in_inertias(&self, warnings: &[LoadWarning]) -> Vec<String> {
+        if self.draft.settings.is_some() {
+            return Vec::new();
+        }
+        let found = warnings.iter().filter(|warning| warning.message.contains("inertia = \"from_geometry\""));
+        let elements: BTreeSet<&str> = found.map(|warning| warning.element.as_str()).collect();
+        let links = self.draft.links.iter().map(|link| &link.name);
+        links.filter(|name| elements.contains(format!("link '{name}'").as_str())).cloned().collect()
+    }
 }
 
 /// Completes a draft.
@@ -46,6 +63,7 @@ pub(crate) fn complete(
     log: &mut Log,
 ) -> Complete {
     tree::check(&mut draft, log);
+    draft.note_drawn();
     // Before the joints: one that moves no shape does not lead others.
     shapes::complete(&mut draft, options, log);
     joints::complete(&mut draft, log);

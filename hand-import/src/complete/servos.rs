@@ -89,9 +89,11 @@ pub(super) fn complete(draft: &mut Draft, log: &mut Log) -> Vec<Servo> {
         let kept = draft.settings.is_some();
         let mut numbers = None;
         if !kept {
-            let (force, speed, own) = servo(&actuator, joint, &at, &element, log);
+            let moved = draft.range_with_followers(name).unwrap_or([-PI, PI]);
+            let (force, speed, own) = servo(&actuator, (joint, moved), &at, &element, log);
             if let Some(joint) = draft.joints.iter_mut().find(|joint| joint.name == *name) {
                 (joint.effort, joint.velocity) = (Some(force), Some(speed));
+                stuck(joint, force, log);
             }
             numbers = Some(own);
         }
@@ -147,10 +149,10 @@ fn of_tendons(draft: &mut Draft, log: &mut Log) -> BTreeMap<String, String> {
     names
 }
 
-/// Largest force and speed of a servo, and the other numbers of it.
+/// Largest force and speed of a servo, and the other numbers of it. `own`: where its joint can move.
 fn servo(
     actuator: &Actuator,
-    joint: &Joint,
+    (joint, own): (&Joint, [f64; 2]),
     at: &At,
     element: &str,
     log: &mut Log,
@@ -163,7 +165,6 @@ fn servo(
         })
     };
     let limits = HandLimits::default();
-    let own = joint.limits.unwrap_or([-PI, PI]);
     let range = range(actuator, own, at, element, log);
     let width = range.map_or(own[1] - own[0], |[from, to]| (to - from).abs());
     // Descriptions for pictures state 100 or 1000 as a stand-in.
@@ -199,6 +200,17 @@ fn servo(
     }
     let limits = joint.limits.is_none().then_some([force, speed]);
     (force, speed, ServoNumbers { range, limits, stiffness, damping })
+}
+
+/// A joint whose dry friction is above all that moves it would never move.
+fn stuck(joint: &mut Joint, force: f64, log: &mut Log) {
+    let unit = if joint.kind == JointKind::Prismatic { "N" } else { "N·m" };
+    if let Some(friction) = joint.stated.friction.take_if(|friction| *friction >= force) {
+        let text = format!(
+            "states a dry friction of {friction} {unit}, and its motor has {force} {unit}: it would never move; a stand-in, taken is none"
+        );
+        log.guessed(At::Joint(joint.name.clone()), format!("joint '{}'", joint.name), text);
+    }
 }
 
 /// Positions at the ends of the command, where they are not the joint's limits.

@@ -5,15 +5,19 @@
 
 use std::collections::BTreeMap;
 
+use palmares_models::hand::path::TendonPath;
 use palmares_models::hand::{Coordinate, Hand, Inertia, Tendon};
 use palmares_models::mjcf::{Element, Lines};
+use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Vec3};
 
 use crate::complete::Complete;
 use crate::decision::{At, DecisionKind, Log};
 use crate::draft::{Draft, Geometry, Joint, JointKind, Link, LinkShape, Triangles};
-use crate::glance::STATED;
+use crate::glance::{STATED, WITH_CORNERS};
 
+/// Least stiffness of a passive tendon that is written as an equality, which is nearly rigid, N·m/rad.
+const STIFF: f64 = 100.0;
 /// Spring length beyond every tendon's, m or rad.
 const FAR: f64 = 1e9;
 
@@ -50,9 +54,17 @@ pub(super) fn document(complete: &Complete, hand: &Hand, log: &mut Log) -> Strin
     out.leaf(compiler.text("inertiafromgeom", "false").text("balanceinertia", "true"));
     // Tendons are stiff and links light. The integrator is implicit in position and velocity, limits and couplings are nearly rigid.
     out.comment("`discrete` needs MuJoCo 4; with an earlier one: implicitfast, and timestep=\"0.0002\"");
-    out.leaf(Element::new("option").text("integrator", "discrete").text("cone", "elliptic"));
+    out.comment("at longer steps a cable that is hardly tight can swing between tight and slack without end");
+    let option = Element::new("option").number("timestep", 5e-4).text("integrator", "discrete");
+    out.open(option.text("cone", "elliptic"));
+    out.leaf(Element::new("flag").text("filterparent", "disable"));
+    out.close("option");
     out.open(Element::new("default"));
-    out.leaf(Element::new("joint").numbers("solimplimit", [0.9999, 0.9999, 0.001]));
+    out.leaf(
+        Element::new("joint")
+            .numbers("solimplimit", [0.9999, 0.9999, 0.001])
+            .numbers("solreflimit", [0.005, 1.0]),
+    );
     out.leaf(Element::new("equality").numbers("solimp", [0.999, 0.999, 0.001]));
     out.close("default");
     let mut assets = Lines::at(2);
@@ -127,6 +139,16 @@ impl<'a> Writer<'a> {
             self.joint(placed);
         }
         self.inertial(link);
+        // MuJoCo takes two points from the pose at which all joints are at 0, where a pin may be open.
+        for pin in &self.hand.linkages {
+            for ((at, point), name) in pin.links.iter().zip(&pin.points).zip(pin_sites(&pin.name)) {
+                if self.hand.links[*at].name == link.name {
+                    self.world.leaf(
+                        Element::new("site").text("name", &name).vector("pos", *point).text("group", "4"),
+                    );
+                }
+            }
+        }
         for part in &link.collisions {
             self.geom(link, part, true);
         }
@@ -242,14 +264,54 @@ impl<'a> Writer<'a> {
         own.or_else(of_hand).or_else(drawn).or(self.draft.friction).unwrap_or(1.0)
     }
 
-    /// Pairs that never touch.
+    /// The link of the loaded hand that a body is a part of: fixed joints merge links.
+    fn part_of(&self, link: &str) -> Option<usize> {
+        let mut at = link;
+        for _ in 0..self.draft.links.len() {
+            if let Some(index) = self.hand.link(at) {
+                return Some(index);
+            }
+            at = &self.draft.joints.iter().find(|joint| joint.child == at)?.parent;
+        }
+        None
+    }
+
+    /// Pairs that never touch: those of the hand, and all neighbours. MuJoCo keeps from each other the neighbours in its own tree,
+    /// where joints without a link between them are one step and the base is a part of the world: its filter is off.
     fn contacts(&mut self) {
         let mut out = Lines::at(2);
-        for pair in &self.hand.no_collision {
-            let [a, b] = pair.map(|index| self.hand.links[index].name.as_str());
-            out.leaf(Element::exclude(a, b));
+        let hand = self.hand;
+        let solid = self.draft.links.iter().filter(|link| !link.collisions.is_empty());
+        let parts: Vec<(&str, usize)> =
+            solid.filter_map(|link| Some((link.name.as_str(), self.part_of(&link.name)?))).collect();
+        let apart = |a: usize, b: usize| {
+            let neighbours = hand.links[b].parent == Some(a) || hand.links[a].parent == Some(b);
+            neighbours || hand.no_collision.contains(&[a.min(b), a.max(b)])
+        };
+        let corners = self.touching_with_corners();
+        for (place, &(first, a)) in parts.iter().enumerate() {
+            for &(second, b) in &parts[place + 1..] {
+                let pair = [a.min(b), a.max(b)];
+                if apart(a, b) {
+                    out.leaf(Element::exclude(first, second));
+                } else if corners.contains(&pair) {
+                    let name = format!("{WITH_CORNERS}{first}:{second}");
+                    out.leaf(Element::exclude(first, second).text("name", &name));
+                }
+            }
         }
         self.rest.section("contact", out);
+    }
+
+    /// Pairs that touch at rest because MJCF's boxes have corners.
+    fn touching_with_corners(&self) -> Vec<[usize; 2]> {
+        let mut hand = self.hand.clone();
+        for geom in hand.links.iter_mut().flat_map(|link| &mut link.geoms) {
+            if let Shape::Box { rounding, .. } = &mut geom.shape {
+                *rounding = 0.0;
+            }
+        }
+        hand.touching_at_rest()
     }
 
     fn couplings(&mut self) {
@@ -259,18 +321,39 @@ impl<'a> Writer<'a> {
             let coupled = Element::coupling(&coupling.joint, &coupling.leader);
             out.leaf(coupled.numbers("polycoef", (0..5).map(coefficient)));
         }
+        for (joint, leader, polynomial) in self.hand.tendons.iter().filter_map(|tendon| self.curve(tendon)) {
+            out.leaf(Element::coupling(joint, leader).numbers("polycoef", polynomial));
+        }
         for pin in &self.hand.linkages {
-            let [a, b] = pin.links.map(|link| self.hand.links[link].name.as_str());
-            let connect = Element::new("connect").text("name", &pin.name).text("body1", a).text("body2", b);
-            out.leaf(connect.vector("anchor", pin.points[0]));
+            let [a, b] = pin_sites(&pin.name);
+            out.leaf(Element::new("connect").text("name", &pin.name).text("site1", &a).text("site2", &b));
         }
         self.rest.section("equality", out);
+    }
+
+    /// A tendon that only ties a joint to a curve of another's coordinate, as the joints' names and the polynomial.
+    fn curve(&self, tendon: &Tendon) -> Option<(&'a str, &'a str, [f64; 5])> {
+        let ([(joint, arm)], [element]) = (tendon.moment_arms.as_slice(), tendon.elements.as_slice()) else {
+            return None;
+        };
+        let TendonPath::Polynomial(path) = &element.path else { return None };
+        let ties = tendon.motors.is_empty() && tendon.both_ways && *joint != element.coordinate;
+        if !ties || path.coefficients.len() > 4 || tendon.stiffness < STIFF {
+            return None;
+        }
+        let mut polynomial = [tendon.rest / arm, 0.0, 0.0, 0.0, 0.0];
+        polynomial[1..].iter_mut().zip(&path.coefficients).for_each(|(to, c)| *to = -c / arm);
+        let name = |c: usize| self.hand.coordinates[c].name.as_str();
+        Some((name(*joint), name(element.coordinate), polynomial))
     }
 
     fn tendons(&mut self) {
         let (mut tendons, mut actuators) = (Lines::at(2), Lines::at(2));
         let hand = self.hand;
         for tendon in &hand.tendons {
+            if self.curve(tendon).is_some() {
+                continue;
+            }
             let arms = self.arms(tendon);
             let (limit, damping) = (tendon.force_limit, tendon.damping);
             let named = Element::new("fixed").text("name", &tendon.name);
@@ -322,6 +405,8 @@ impl<'a> Writer<'a> {
             return arms;
         }
         let exact = arms.iter().map(|(joint, r)| format!("{joint}={r:?}")).collect::<Vec<_>>().join(" ");
+        // A text of MJCF has at least one character.
+        let exact = if exact.is_empty() { " ".to_owned() } else { exact };
         self.texts.push((format!("arms:{}", tendon.name), exact));
         for element in &tendon.elements {
             let c = &hand.coordinates[element.coordinate];
@@ -382,10 +467,7 @@ impl<'a> Writer<'a> {
     fn decide(&mut self) {
         let hand = self.hand;
         let mut lost = Vec::new();
-        let rounded = |geom: &palmares_models::hand::Geom| {
-            use palmares_models::shape::Shape;
-            matches!(geom.shape, Shape::Box { rounding, .. } | Shape::Hull { rounding, .. } if rounding > 0.0)
-        };
+        let rounded = |geom: &palmares_models::hand::Geom| matches!(geom.shape, Shape::Box { rounding, .. } | Shape::Hull { rounding, .. } if rounding > 0.0);
         if hand.links.iter().flat_map(|link| &link.geoms).any(rounded) {
             lost.push("rounded edges: boxes and meshes are sharp");
         }
@@ -404,6 +486,11 @@ impl<'a> Writer<'a> {
         let text = "ctrl of an actuator is σ from 0 to 1; MuJoCo does not limit its speed";
         self.log.taken(At::Hand, "hand", text);
     }
+}
+
+/// Names of a pin's points on its two links.
+fn pin_sites(pin: &str) -> [String; 2] {
+    ["first", "second"].map(|side| format!("{pin}_{side}"))
 }
 
 /// A spring that pulls at lengths below the first and above the second; MuJoCo's lengths are positive.

@@ -41,6 +41,7 @@ pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
         links: BTreeSet::new(),
         parts: Vec::new(),
         included: 0,
+        missing: None,
     };
     // A world can consist of models in other files.
     let mut included = Vec::new();
@@ -65,6 +66,12 @@ pub(super) fn read(reading: &mut Reading<'_>) -> Result<Draft, ImportError> {
         reader.log.lost(At::Hand, other, "is another model; it is left out");
     }
     reader.model(model, &Around::outermost(path, root));
+    // Half a hand helps nobody.
+    if let Some(missing) = reader.missing.take()
+        && reader.has_loose_joint()
+    {
+        return Err(ImportError::unreadable(shown, missing));
+    }
     let touch = model
         .child_text("self_collide")
         .or_else(|| model.all("link").find_map(|link| link.child_text("self_collide")));

@@ -34,9 +34,6 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
     if let Some(friction) = draft.friction {
         let _ = writeln!(out, "friction = {}", number(friction));
     }
-    if hand.inertia_from_shapes {
-        out.push_str("inertia = \"from_geometry\"\n");
-    }
     if !draft.exclusions.is_empty() {
         out.push_str("no_collision = [\n");
         for [a, b] in &draft.exclusions {
@@ -101,8 +98,16 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         entries(&mut out, CoordinateSettings { damping: None, friction: None, ..joint.stated }.entries());
     }
     for link in &draft.links {
-        if let Some(friction) = link.friction {
-            let _ = writeln!(out, "\n[links.{}]\nfriction = {}", key(&link.name), number(friction));
+        let from_shapes = hand.inertia_from_shapes.contains(&link.name);
+        let mass = link.inertial.filter(|_| from_shapes).map(|inertial| inertial.mass);
+        let numbers = [("mass", mass), ("friction", link.friction)];
+        let stated: Vec<(&str, f64)> = numbers.into_iter().filter_map(|(name, x)| Some((name, x?))).collect();
+        if stated.is_empty() {
+            continue;
+        }
+        let _ = writeln!(out, "\n[links.{}]", key(&link.name));
+        for (name, x) in stated {
+            let _ = writeln!(out, "{name} = {}", number(x));
         }
     }
     out
@@ -189,7 +194,12 @@ fn servos(out: &mut String, hand: &Complete, comments: &mut Comments<'_>) {
         let pulled = hand.tendons.iter().any(|tendon| {
             tendon.arms.iter().any(of_joint) || tendon.paths.iter().any(|(joint, _)| *joint == servo.joint)
         });
-        if !own.is_empty() || pulled {
+        // The loader leaves out a last joint that touches nothing, unless it has a table.
+        let child =
+            hand.draft.joints.iter().find(|joint| joint.name == servo.joint).map(|joint| &joint.child);
+        let bare =
+            hand.draft.links.iter().any(|link| Some(&link.name) == child && link.collisions.is_empty());
+        if !own.is_empty() || pulled || bare {
             let _ = write!(out, "[servos.{}]\n{own}", key(&servo.joint));
         }
     }

@@ -1,5 +1,7 @@
 //! Imports of small descriptions that use the features of published ones.
 
+mod couplings;
+mod gaps;
 mod graspit;
 mod hostile;
 mod klampt;

@@ -36,6 +36,9 @@ impl Hinge {
     }
 }
 
+/// Pairs of links closer than this at rest touch, m.
+const TOUCHING: f64 = 1e-3;
+
 impl Hand {
     /// Pose of each link in the base frame at coordinates q (one per [`Hand::coordinates`]).
     pub fn base_from_links(&self, q: &[f64]) -> Vec<Pose> {
@@ -69,6 +72,13 @@ impl Hand {
             row
         };
         self.tendons.iter().map(row).collect()
+    }
+
+    /// Pairs of links, except parent and child, that are closer than a millimetre where the springs rest: they never collide.
+    pub fn touching_at_rest(&self) -> Vec<[usize; 2]> {
+        let mut rest: Vec<f64> = self.coordinates.iter().map(|c| c.rest).collect();
+        self.close_chains(&mut rest);
+        self.pairs_closer_than(TOUCHING, &rest)
     }
 
     /// Pairs of links, except parent and child, that are closer than `distance` at coordinates q.

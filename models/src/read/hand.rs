@@ -30,9 +30,6 @@ use crate::error::{LoadWarning, ModelError, Refused};
 use crate::hand::Hand;
 use crate::measure::{Sources, oddities};
 
-/// Pairs of links closer than this at rest never collide with each other, m.
-const TOUCHING_AT_REST: f64 = 1e-3;
-
 /// A hand and the warnings for its author.
 #[derive(Clone, Debug)]
 pub struct Loaded {
@@ -219,7 +216,7 @@ fn build(
     })?;
     let mut rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     hand.close_chains(&mut rest);
-    hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
+    hand.no_collision = hand.touching_at_rest();
     let pinned =
         hand.linkages.iter().map(|pin| [pin.links[0].min(pin.links[1]), pin.links[0].max(pin.links[1])]);
     hand.no_collision.extend(pinned);

@@ -56,6 +56,7 @@ pub(crate) fn compile(source: &Source, main: &FilePath, root: &Element, log: &mu
     reader.tendons(&sections);
     reader.actuators(&sections);
     reader.equalities(&sections);
+    reader.narrow_ranges();
     reader.excludes(&sections);
     reader.keys(root);
     for dropped in ["deformable", "flex", "extension"] {

@@ -6,6 +6,7 @@ use super::compile::Reader;
 use super::defaults::Attributes;
 use super::model::{Equality, Joint, JointKind, Key, Law, Model};
 use crate::decision::At;
+use crate::glance::WITH_CORNERS;
 use crate::read::element::{Element, Notes};
 
 impl Reader<'_> {
@@ -20,6 +21,7 @@ impl Reader<'_> {
             let law = match element.name.as_str() {
                 "joint" => self.joint_law(element, &at),
                 "connect" | "weld" => self.body_law(element, &at, &poses),
+                "tendon" => self.tendon_law(element, &at),
                 _ => {
                     self.log.lost(
                         At::Hand,
@@ -80,7 +82,10 @@ impl Reader<'_> {
     }
 
     pub(super) fn excludes(&mut self, root: &Element) {
-        for element in root.all("contact").flat_map(|contact| contact.all("exclude")) {
+        let ours =
+            |element: &&Element| element.get("name").is_some_and(|name| name.starts_with(WITH_CORNERS));
+        let excludes = root.all("contact").flat_map(|contact| contact.all("exclude"));
+        for element in excludes.filter(|element| !ours(element)) {
             let find = |model: &Model, name: &str| model.body(name);
             let first = self.named(element, "body1", find);
             let second = self.named(element, "body2", find);

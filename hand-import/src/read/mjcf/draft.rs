@@ -27,7 +27,11 @@ pub(crate) fn draft(model: &Model, meshes: &[Mesh], log: &mut Log) -> Draft {
     let mut draft = mapper.draft;
     for &[a, b] in &model.excludes {
         if frames.has(a) && frames.has(b) {
-            draft.exclusions.push([model.bodies[a].name.clone(), model.bodies[b].name.clone()]);
+            let pair = [a, b].map(|body| model.bodies[body].name.clone());
+            // Neighbours never touch.
+            if !draft.are_neighbours(&pair) {
+                draft.exclusions.push(pair);
+            }
         }
     }
     never_touch(model, &frames, &mut draft, log);

@@ -19,6 +19,7 @@ pub(crate) struct Model {
     pub(crate) tendons: Vec<Tendon>,
     pub(crate) actuators: Vec<Actuator>,
     pub(crate) equalities: Vec<Equality>,
+    pub(crate) rows: Vec<Row>,
     /// Pairs of bodies.
     pub(crate) excludes: Vec<[usize; 2]>,
     /// Pairs of geoms that touch, whatever their masks say.
@@ -167,6 +168,16 @@ pub(crate) struct Actuator {
 pub(crate) struct Equality {
     pub(crate) name: String,
     pub(crate) law: Law,
+    pub(crate) element: Element,
+}
+
+/// Joints that are bound together: a weighted sum of their positions, from their references, has one value.
+#[derive(Clone, Debug)]
+pub(crate) struct Row {
+    pub(crate) name: String,
+    /// Joints with their weights.
+    pub(crate) terms: Vec<(usize, f64)>,
+    pub(crate) sum: f64,
     pub(crate) element: Element,
 }
 

@@ -10,10 +10,10 @@ use palmares_models::measure::HandLimits;
 use super::actuator::ActuatorSpec;
 use super::frames::Frames;
 use super::length::{Fit, fit};
-use super::model::{Actuator, ActuatorTarget, JointKind, Model, Path, Tendon};
+use super::model::{Actuator, ActuatorTarget, JointKind, Model, Path, Row, Tendon};
 use super::motions::{Motion, Motions, value};
 use crate::decision::{At, Log};
-use crate::draft::{self, Control, Draft, Drive, Spring, TendonPath};
+use crate::draft::{self, Control, Draft, Drive, Spring, TendonPath, Tie};
 use crate::read::element::Notes;
 
 /// Stiffness at a joint of the cable that stands for a tendon's limit, N·m/rad: 1 N·m takes it 6° beyond.
@@ -41,6 +41,9 @@ pub(crate) fn map(model: &Model, frames: &Frames, draft: &mut Draft, log: &mut L
     }
     for (index, tendon) in model.tendons.iter().enumerate() {
         mapper.tendon(index, tendon);
+    }
+    for row in &model.rows {
+        mapper.row(row);
     }
     mapper.commands
 }
@@ -388,7 +391,10 @@ impl Mapper<'_> {
         let slack: Vec<f64> = self.model.joints.iter().map(|joint| joint.rest - joint.reference).collect();
         let slack = super::length::length(self.model, tendon, &slack);
         let [low, high] = tendon.spring_length.unwrap_or([slack, slack]);
-        if low == high && !spatial && fit.terms.len() > 1 && fit.is_linear() {
+        let [shortest, longest] = self.lengths(fit);
+        // A spring has no largest force.
+        let strong = tendon.stiffness * (longest - low).max(low - shortest) > self.most(fit);
+        if low == high && !spatial && !strong && fit.terms.len() > 1 && fit.is_linear() {
             self.draft.springs.push(Spring {
                 name,
                 joints: fit.terms.iter().map(|(j, c)| (self.model.joints[*j].name.clone(), c[0])).collect(),
@@ -400,7 +406,6 @@ impl Mapper<'_> {
             });
             return;
         }
-        let [shortest, longest] = self.lengths(fit);
         let both = low == high;
         let beyond = longest > high || both;
         if beyond {
@@ -425,19 +430,55 @@ impl Mapper<'_> {
         both: bool,
     ) {
         let [shortest, longest] = self.lengths(fit);
-        let most = stiffness * (longest - at).abs().max((shortest - at).abs());
+        let most = MARGIN * stiffness * (longest - at).abs().max((shortest - at).abs());
+        let most = most.min(self.most(fit));
         self.draft.tendons.push(draft::Tendon {
             joints: self.paths(fit, factor),
             stated: StatedTendon {
                 stiffness: Some(stiffness),
                 damping: (tendon.damping > 0.0).then_some(tendon.damping),
-                force_limit: Some((MARGIN * most).max(1e-3)),
+                force_limit: Some(most.max(1e-3)),
                 rest: Some(factor * (at - fit.constant)),
                 both_ways: Some(both),
                 ..StatedTendon::default()
             },
             ..draft::Tendon::of(name)
         });
+    }
+
+    /// Largest force of a passive tendon: what two of them may have together at the joint with the largest arm.
+    fn most(&self, fit: &Fit) -> f64 {
+        let limits = HandLimits::default();
+        let of = |(joint, coefficients): &(usize, Vec<f64>)| {
+            let slides = self.model.joints[*joint].kind == JointKind::Slide;
+            let most = if slides { limits.slide_force_n } else { limits.joint_torque_nm };
+            let [low, high] = self.motions.range(self.model, *joint).unwrap_or([-1.0, 1.0]);
+            let slope = |x: f64| {
+                let powers = coefficients.iter().enumerate().rev();
+                powers.fold(0.0, |sum, (k, c)| sum * x + (k + 1) as f64 * c).abs()
+            };
+            most / slope(low).max(slope(high)).max(slope(0.5 * (low + high)))
+        };
+        0.5 * fit.terms.iter().map(of).fold(limits.tendon_force, f64::min)
+    }
+
+    /// Joints that are bound together, by a tendon that pulls both ways.
+    fn row(&mut self, row: &Row) {
+        if row.terms.iter().any(|(joint, _)| !self.frames.moves(self.model.joints[*joint].body)) {
+            self.log.lost(At::Hand, &row.element, "binds a joint outside the hand; it is left out");
+            return;
+        }
+        let Some(&(first, largest)) = row.terms.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
+            return;
+        };
+        let arm = |&(joint, w): &(usize, f64)| {
+            (self.model.joints[joint].name.clone(), TendonPath::Arm(w / largest))
+        };
+        let slides = self.model.joints[first].kind == JointKind::Slide;
+        let tie = Tie { turns: !slides, rest: row.sum / largest };
+        self.draft.tendons.push(tie.tendon(&row.name, row.terms.iter().map(arm).collect()));
+        let text = format!("binds {} joints: a stiff tendon that pulls both ways", row.terms.len());
+        self.log.kept(At::Tendon(row.name.clone()), &row.element, text);
     }
 
     /// Shortest and longest length between the joints' limits, by the range of each joint alone.

@@ -70,6 +70,8 @@ pub(super) struct Reader<'a> {
     pub(super) links: BTreeSet<String>,
     pub(super) parts: Vec<Found>,
     pub(super) included: usize,
+    /// The first model that is not in the source, in words.
+    pub(super) missing: Option<String>,
 }
 
 impl Reader<'_> {
@@ -199,11 +201,19 @@ impl Reader<'_> {
         } else {
             self.configured(file, plain).into_iter().chain([format!("{plain}/model.sdf")]).collect()
         };
-        let found = tries.iter().find_map(|name| self.source.resolve(file, name).ok());
+        let mut resolved = tries.iter().filter_map(|name| self.source.resolve(file, name).ok());
+        let found = resolved.find(|found| self.is_in(&found.path, plain));
         let Some(found) = found else {
-            self.log.bad(element, format!("'{uri}' is not in the source: put its folder beside this one"));
+            let source = self.source.root().display();
+            let text = format!("'{uri}' is not in {source}; name the folder that holds it as the source");
+            self.log.bad(element, &text);
+            self.missing.get_or_insert(text);
             return None;
         };
+        if found.path == *file {
+            self.log.bad(element, format!("'{uri}' is the file that includes it"));
+            return None;
+        }
         let shown = self.source.display(&found.path);
         let text = self.source.text(&found.path, "source").map_err(|error| error.to_string());
         let root = text.and_then(|text| parse(&shown, &text));
@@ -219,9 +229,37 @@ impl Reader<'_> {
         None
     }
 
+    /// Whether a joint is on a link that is not there.
+    pub(super) fn has_loose_joint(&self) -> bool {
+        let joints = self.parts.iter().filter(|part| part.element.name == "joint");
+        let ends = joints.flat_map(|joint| {
+            let link = |tag: &str| joint.element.child_text(tag).filter(|link| *link != "world");
+            ["parent", "child"].map(|tag| joint.around.full(link(tag)?))
+        });
+        let ends: Vec<String> = ends.flatten().collect();
+        ends.iter().any(|end| {
+            let link = self.link_of(end);
+            !self.links.contains(&link)
+        })
+    }
+
+    /// Whether a file is in the folder that a URI names: each model has a file of the same name.
+    fn is_in(&self, path: &Path, uri: &str) -> bool {
+        let wanted = uri.rsplit('/').find(|part| !part.ends_with(".sdf")).unwrap_or_default();
+        let root = self.source.root();
+        let folder = root.join(path.parent().unwrap_or(Path::new("")));
+        let plain = uri.ends_with(".sdf") && !uri.starts_with("model://");
+        let named =
+            folder.file_name().is_some_and(|name| name.to_string_lossy().eq_ignore_ascii_case(wanted));
+        plain || named || self.source.packages().any(|(name, at)| name == wanted && folder == at)
+    }
+
     /// The file that a model folder's `model.config` names.
     pub(super) fn configured(&mut self, file: &Path, folder: &str) -> Option<String> {
         let config = self.source.resolve(file, &format!("{folder}/model.config")).ok()?;
+        if !self.is_in(&config.path, folder) {
+            return None;
+        }
         let text = self.source.text(&config.path, "model.config").ok()?;
         let root = parse(&config.path, &text).ok()?;
         let name = root.all("sdf").last()?.text.clone();

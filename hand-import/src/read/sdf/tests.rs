@@ -287,10 +287,23 @@ fn shapes_masks_and_limits_that_a_hand_has_not_are_named() {
 
 #[test]
 fn models_that_include_themselves_end() {
-    let text = "<sdf version='1.9'><model name='m'><link name='a'/><include><uri>model://m</uri><name>x</name></include>\
-                <include><uri>model://m</uri><name>y</name></include></model></sdf>";
-    let (_, log) = read(&[("model.sdf", text), ("m/model.sdf", text)]);
-    assert!(log.of(DecisionKind::Problem).any(|decision| decision.text.contains("is one of more than")));
+    let text = |other: &str| {
+        let include =
+            |name: &str| format!("<include><uri>model://{other}</uri><name>{name}</name></include>");
+        let (first, second) = (include("x"), include("y"));
+        format!("<sdf version='1.9'><model name='m'><link name='a'/>{first}{second}</model></sdf>")
+    };
+    let said = |files: &[(&str, &str)], sentence: &str| {
+        let (_, log) = read(files);
+        assert!(
+            log.of(DecisionKind::Problem).any(|problem| problem.text.contains(sentence)),
+            "{:?}",
+            log.decisions
+        );
+    };
+    let (m, n) = (text("m"), text("n"));
+    said(&[("model.sdf", &m), ("m/model.sdf", &m)], "is the file that includes it");
+    said(&[("model.sdf", &m), ("m/model.sdf", &n), ("n/model.sdf", &m)], "is one of more than");
 }
 
 #[test]

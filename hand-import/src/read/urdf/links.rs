@@ -27,7 +27,7 @@ pub(super) fn link(node: Node<'_, '_>, reading: &mut Reading<'_>) -> Link {
     let collisions = parts(node, "collision", &shown, &name, false, reading);
     let visuals = parts(node, "visual", &shown, &name, !collisions.is_empty(), reading);
     unread(node, &READ, "link", reading);
-    Link { name, inertial, collisions, visuals, friction }
+    Link { name, inertial, collisions, visuals, friction, ..Link::default() }
 }
 
 /// Reads an `<origin>`.
