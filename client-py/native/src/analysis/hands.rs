@@ -193,7 +193,7 @@ impl HandModel {
             py,
             &all,
             |k| format!("goal {k}"),
-            |(places, base, sigma)| inverse.solve(&self.config, &self.hand, places, *base, sigma),
+            |(places, base, sigma)| Ok(inverse.solve(&self.config, &self.hand, places, *base, sigma)),
         )?;
         let (count, hand) = (all.len(), &self.hand);
         let q = found.iter().flat_map(|at| &at.q).copied().collect();

@@ -53,7 +53,7 @@ class Inverse(Brief):
     sigma: Array
     """σ, (N, motors); as at the start along joints"""
     gaps: Array
-    """Distance of each point from its place, (N, points), m"""
+    """Distance of each point from its place, (N, points), m; infinite for a goal whose hand never rests"""
 
 
 @dataclass(frozen=True, repr=False)
@@ -176,8 +176,8 @@ class Hand:
     ) -> Inverse:
         """Bring points of links to places: inverse kinematics of N goals at once, on all cores.
 
-        The result is the nearest that Levenberg and Marquardt's method finds from the start. More or better
-        starts find more: a method of slopes can stop beside the best.
+        Levenberg and Marquardt's method from the start, then from postures all over the motors' ranges, until
+        the points are at their places; the result is the nearest that was found.
 
         Args:
             points: Link's name and point in its frame, m.
@@ -189,7 +189,7 @@ class Hand:
             move_base: Whether the base moves, too.
 
         Raises:
-            ValueError: There is no such link, a wrong shape, or the hand has no equilibrium on the way.
+            ValueError: There is no such link, or a wrong shape.
 
         """
         one_of("along", along, ("motors", "joints"))
