@@ -71,7 +71,7 @@ impl Reached {
 /// Most steps from a start.
 const STEPS: usize = 100;
 /// A point is at its place within this, m.
-const THERE_M: f64 = 1e-9;
+const THERE_M: f64 = 1e-7;
 /// It ends where a step changes the root mean square of the gaps by less, m.
 const STILL_M: f64 = 1e-12;
 /// It is stuck where this number of steps in a row gain less than this part of what is left.
@@ -80,8 +80,8 @@ const STUCK: (usize, f64) = (4, 0.01);
 const DIFFERENCE: f64 = 1e-6;
 /// First, least and largest μ.
 const DAMPING: [f64; 3] = [1e-3, 1e-12, 1e12];
-/// Postures that are looked at for a goal that the start does not reach, and those of them from which it is solved.
-const POSTURES: (usize, usize) = (48, 12);
+/// Rounds for a goal that the start does not reach, the postures that each looks at, and those of them from which it solves.
+const ROUNDS: (usize, usize, usize) = (5, 12, 4);
 /// Bases of Halton's sequence; motors beyond these repeat them.
 const PRIMES: [u32; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
 
@@ -113,15 +113,18 @@ impl Inverse {
         if start.as_ref().is_some_and(|start| try_from(goal.centred(start))) {
             return best;
         }
-        let draws = (0..POSTURES.0).filter_map(|k| goal.posture(base, &spread(k, sigma.len())));
-        let mut others: Vec<(f64, Now)> = start
-            .into_iter()
-            .chain(draws)
-            .map(|now| goal.aligned(&now))
-            .map(|now| (goal.errors(&now).norm_squared(), now))
-            .collect();
-        others.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        let _ = others.into_iter().take(POSTURES.1).any(|(_, now)| try_from(now));
+        for round in 0..ROUNDS.0 {
+            let draws = (round * ROUNDS.1..(round + 1) * ROUNDS.1).map(|k| spread(k, sigma.len()));
+            let drawn = draws.filter_map(|sigma| goal.posture(base, &sigma));
+            let mut others: Vec<(f64, Now)> = drawn
+                .map(|now| goal.aligned(&now))
+                .map(|now| (goal.errors(&now).norm_squared(), now))
+                .collect();
+            others.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+            if others.into_iter().take(ROUNDS.2).any(|(_, now)| try_from(now)) {
+                break;
+            }
+        }
         best
     }
 }
@@ -153,12 +156,19 @@ struct Goal<'a> {
     ranges: &'a [[f64; 2]],
 }
 
-/// An iterate: the base, what moves beside it, and the joint coordinates.
+/// An iterate: the base, what moves beside it, the joint coordinates, and the points in the base's frame.
 #[derive(Clone)]
 struct Now {
     base: Pose,
     moved: Vec<f64>,
     q: Vec<f64>,
+    points: Vec<Vec3>,
+}
+
+impl Now {
+    fn in_world(&self) -> Vec<Vec3> {
+        self.points.iter().map(|point| self.base.transform_point(*point)).collect()
+    }
 }
 
 impl Goal<'_> {
@@ -170,7 +180,15 @@ impl Goal<'_> {
     fn posture(&self, base: Pose, sigma: &[f64]) -> Option<Now> {
         let q = self.rest(base, sigma)?;
         let moved = if self.inverse.along == Along::Joints { q.clone() } else { sigma.to_vec() };
-        Some(Now { base, moved, q })
+        Some(self.at(base, moved, q))
+    }
+
+    fn at(&self, base: Pose, moved: Vec<f64>, q: Vec<f64>) -> Now {
+        let mut kin = Kinematics::default();
+        kin.update(self.hand, Pose::IDENTITY, &q);
+        let point = |it: &LinkPoint| own_frame(self.hand, &kin, it.link).transform_point(it.point);
+        let points = self.inverse.points.iter().map(point).collect();
+        Now { base, moved, q, points }
     }
 
     fn q_of(&self, base: Pose, moved: &[f64]) -> Option<Vec<f64>> {
@@ -184,8 +202,7 @@ impl Goal<'_> {
     fn centred(&self, now: &Now) -> Now {
         let mut next = now.clone();
         if self.inverse.base_moves {
-            let points = self.points_at(now.base, &now.q);
-            next.base.translation += middle(self.places) - middle(&points);
+            next.base.translation += middle(self.places) - middle(&now.in_world());
         }
         next
     }
@@ -194,7 +211,7 @@ impl Goal<'_> {
     fn aligned(&self, now: &Now) -> Now {
         let mut next = now.clone();
         if self.inverse.base_moves {
-            let points = self.points_at(now.base, &now.q);
+            let points = now.in_world();
             let turn = turn(&points, self.places);
             next.base.rotation = (turn * now.base.rotation).normalize();
             next.base.translation = middle(self.places) + turn * (now.base.translation - middle(&points));
@@ -202,28 +219,53 @@ impl Goal<'_> {
         next
     }
 
-    /// The steps from one start.
+    /// The steps from one start. What the points do as the motors move is measured at the start, and corrected by what each step
+    /// does (Broyden 1965); it is measured again where no step brings them nearer.
     fn descend(&self, mut now: Now, sigma: &[f64]) -> Reached {
         let mut errors = self.errors(&now);
         let mut damping = DAMPING[0];
         let mut idle = 0;
+        let mut slopes = self.slopes(&now);
+        let mut measured = true;
         for _ in 0..STEPS {
-            let Some(jacobian) = self.jacobian(&now) else { break };
+            let Some(known) = &mut slopes else { break };
             let mut nearer = None;
-            while nearer.is_none() && damping <= DAMPING[2] {
-                let step = self.step(&now, &jacobian, &errors, damping);
+            loop {
+                let step = self.step(&now, &self.jacobian(&now, known), &errors, damping);
                 // A posture without an equilibrium is no way.
                 let next =
                     step.and_then(|step| self.moved(&now, &step)).map(|next| (self.errors(&next), next));
-                nearer = next.filter(|(after, _)| after.norm_squared() < errors.norm_squared());
-                damping = if nearer.is_some() { (0.2 * damping).max(DAMPING[1]) } else { 5.0 * damping };
+                if let Some((after, next)) = next {
+                    correct(known, &now, &next);
+                    if after.norm_squared() < errors.norm_squared() {
+                        nearer = Some((after, next));
+                        break;
+                    }
+                }
+                if !measured {
+                    break;
+                }
+                damping *= 5.0;
+                if damping > DAMPING[2] {
+                    break;
+                }
             }
-            let Some((after, next)) = nearer else { break };
+            let Some((after, next)) = nearer else {
+                if measured {
+                    break;
+                }
+                (slopes, measured) = (self.slopes(&now), true);
+                continue;
+            };
+            damping = (0.2 * damping).max(DAMPING[1]);
             let gain = errors.norm() - after.norm();
             idle = if gain < STUCK.1 * errors.norm() { idle + 1 } else { 0 };
-            (now, errors) = (next, after);
+            (now, errors, measured) = (next, after, false);
             let count = self.places.len().max(1) as f64;
-            if gain < STILL_M * count.sqrt() || idle >= STUCK.0 {
+            if errors.norm() < STILL_M * count.sqrt()
+                || (gain < STILL_M * count.sqrt() && measured)
+                || idle >= STUCK.0
+            {
                 break;
             }
         }
@@ -263,24 +305,40 @@ impl Goal<'_> {
 
     /// From each point to its place.
     fn errors(&self, now: &Now) -> DVector<f64> {
-        let points = self.points_at(now.base, &now.q);
-        let all = points.iter().zip(self.places).flat_map(|(point, place)| (*place - *point).to_array());
+        let all = now
+            .in_world()
+            .into_iter()
+            .zip(self.places)
+            .flat_map(|(point, place)| (*place - point).to_array());
         DVector::from_iterator(3 * self.places.len(), all)
     }
 
-    fn points_at(&self, base: Pose, q: &[f64]) -> Vec<Vec3> {
-        let mut kin = Kinematics::default();
-        kin.update(self.hand, base, q);
-        let at = |it: &LinkPoint| own_frame(self.hand, &kin, it.link).transform_point(it.point);
-        self.inverse.points.iter().map(at).collect()
+    /// Change of the points in the base's frame with what moves beside the base.
+    fn slopes(&self, now: &Now) -> Option<DMatrix<f64>> {
+        let mut slopes = DMatrix::zeros(3 * now.points.len(), now.moved.len());
+        for (k, [low, high]) in self.ranges.iter().enumerate() {
+            let mut moved = now.moved.clone();
+            // Inward at the upper end.
+            moved[k] += if now.moved[k] + DIFFERENCE > *high { -DIFFERENCE } else { DIFFERENCE };
+            if moved[k] < *low {
+                continue;
+            }
+            let by = moved[k] - now.moved[k];
+            let q = self.q_of(now.base, &moved)?;
+            let there = self.at(now.base, moved, q);
+            for (row, change) in changes(now, &there).enumerate() {
+                slopes[(row, k)] = change / by;
+            }
+        }
+        Some(slopes)
     }
 
     /// Change of the points with the base's place and turn, if it moves, then with what else moves.
-    fn jacobian(&self, now: &Now) -> Option<DMatrix<f64>> {
+    fn jacobian(&self, now: &Now, slopes: &DMatrix<f64>) -> DMatrix<f64> {
         let first = if self.inverse.base_moves { 6 } else { 0 };
-        let mut jacobian = DMatrix::zeros(3 * self.places.len(), first + now.moved.len());
+        let mut jacobian = DMatrix::zeros(slopes.nrows(), first + slopes.ncols());
         if self.inverse.base_moves {
-            for (k, point) in self.points_at(now.base, &now.q).iter().enumerate() {
+            for (k, point) in now.in_world().iter().enumerate() {
                 for (column, axis) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().enumerate() {
                     let turned = axis.cross(*point - now.base.translation);
                     for row in 0..3 {
@@ -290,24 +348,16 @@ impl Goal<'_> {
                 }
             }
         }
-        for (k, [low, high]) in self.ranges.iter().enumerate() {
-            let at = |difference: f64| {
-                let mut moved = now.moved.clone();
-                moved[k] = (moved[k] + difference).clamp(*low, *high);
-                let q = self.q_of(now.base, &moved)?;
-                Some((moved[k], self.points_at(now.base, &q)))
-            };
-            let ((before, from), (after, to)) = (at(-DIFFERENCE)?, at(DIFFERENCE)?);
-            if after <= before {
-                continue;
-            }
-            for (point, (from, to)) in from.iter().zip(&to).enumerate() {
+        for k in 0..slopes.ncols() {
+            for point in 0..now.points.len() {
+                let of = |row: usize| slopes[(3 * point + row, k)];
+                let turned = now.base.rotation * Vec3::new(of(0), of(1), of(2));
                 for row in 0..3 {
-                    jacobian[(3 * point + row, first + k)] = (to[row] - from[row]) / (after - before);
+                    jacobian[(3 * point + row, first + k)] = turned[row];
                 }
             }
         }
-        Some(jacobian)
+        jacobian
     }
 
     fn moved(&self, now: &Now, step: &DVector<f64>) -> Option<Now> {
@@ -322,8 +372,29 @@ impl Goal<'_> {
             |(k, (x, [low, high])): (usize, (&f64, &[f64; 2]))| (x + step[first + k]).clamp(*low, *high);
         let moved: Vec<f64> = now.moved.iter().zip(self.ranges).enumerate().map(within).collect();
         let q = self.q_of(base, &moved)?;
-        Some(Now { base, moved, q })
+        Some(self.at(base, moved, q))
     }
+}
+
+/// Change of the points in the base's frame.
+fn changes(from: &Now, to: &Now) -> impl Iterator<Item = f64> {
+    let all = from.points.iter().zip(&to.points).flat_map(|(from, to)| (*to - *from).to_array());
+    all.collect::<Vec<_>>().into_iter()
+}
+
+/// Makes slopes give the change that was seen: `S += (Δp − S Δx) Δxᵀ / ΔxᵀΔx`.
+fn correct(slopes: &mut DMatrix<f64>, from: &Now, to: &Now) {
+    let by = DVector::from_iterator(
+        from.moved.len(),
+        from.moved.iter().zip(&to.moved).map(|(from, to)| to - from),
+    );
+    let square = by.norm_squared();
+    if square == 0.0 {
+        return;
+    }
+    let seen = DVector::from_iterator(slopes.nrows(), changes(from, to));
+    let off = (seen - &*slopes * &by) / square;
+    *slopes += off * by.transpose();
 }
 
 fn middle(points: &[Vec3]) -> Vec3 {
@@ -380,7 +451,8 @@ mod tests {
         let q = solve_loaded(&Config::default(), hand, base, sigma, &[]).expect("at rest").q;
         let inverse = Inverse { points: points.to_vec(), along: Along::Motors, base_moves: true };
         Goal { inverse: &inverse, config: &Config::default(), hand, places: &[], ranges: &[] }
-            .points_at(base, &q)
+            .at(base, Vec::new(), q)
+            .in_world()
     }
 
     #[test]
@@ -431,7 +503,7 @@ mod tests {
             let q: Vec<f64> =
                 hand.coordinates.iter().map(|c| (c.rest + 0.3).clamp(c.lower, c.upper)).collect();
             let reach = Goal { inverse: &inverse, config: &config, hand: &hand, places: &[], ranges: &[] };
-            let goal = reach.points_at(Pose::IDENTITY, &q);
+            let goal = reach.at(Pose::IDENTITY, Vec::new(), q).in_world();
             let start = vec![0.1; hand.motors.len()];
             let found = inverse.solve(&config, &hand, &goal, Pose::IDENTITY, &start);
             assert!(found.gaps.iter().all(|gap| *gap < 1e-6), "{}: {:?}", hand.name, found.gaps);

@@ -42,8 +42,7 @@ const SCENES: [(&str, &str, Option<[&str; 2]>); 4] = [
     ("grasp", "grasp", Some(["0.6", "-0.3"])),
 ];
 /// Settings of peers whose grasps are counted.
-const GRASP_SETTINGS: &str =
-    "stiff120,stiff120_2_steps,recommended,stiff5,stiff5+condim=4,stiff2,stiff5_multiccd_off,stiff2_multiccd_off";
+const GRASP_SETTINGS: &str = "stiff120,stiff120_2_steps,recommended,stiff5,stiff5+condim=4,stiff2,stiff5_multiccd_off,stiff2_multiccd_off";
 const MUJOCO: (&str, &str) = ("mujoco", "mujoco>=4,<5");
 const MATPLOTLIB: (&str, &str) = ("matplotlib", "matplotlib>=3.9");
 
