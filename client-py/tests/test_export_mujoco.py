@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'palmares[dev]'")
@@ -34,20 +35,32 @@ BUILT_IN = [
 SIGMA = [0.02, 0.05, 0.1, 0.15, 0.2]
 MOST_RAD = 5e-4
 
-BOX = "<inertial><origin xyz='0 0 {z}'/><mass value='{m}'/><inertia ixx='2e-5' iyy='2e-5' izz='2e-5' ixy='0' ixz='0' iyz='0'/></inertial>"
+INERTIAL = (
+    "<inertial><origin xyz='0 0 {z}'/><mass value='{mass}'/>"
+    "<inertia ixx='2e-5' iyy='2e-5' izz='2e-5' ixy='0' ixz='0' iyz='0'/></inertial>"
+)
 
 
 def link(name: str, size: str, z: float = 0.0, mass: float = 0.05) -> str:
     """Return a link of one box."""
-    shape = f"<collision><origin xyz='0 0 {z}'/><geometry><box size='{size}'/></geometry></collision>"
-    return f"<link name='{name}'>{BOX.format(z=z, m=mass)}{shape}</link>"
+    box = f"<origin xyz='0 0 {z}'/><geometry><box size='{size}'/></geometry>"
+    return f"<link name='{name}'>{INERTIAL.format(z=z, mass=mass)}<collision>{box}</collision></link>"
 
 
 def joint(name: str, parent: str, child: str, xyz: str, more: str = "") -> str:
     """Return a hinge about x."""
     return (
-        f"<joint name='{name}' type='revolute'><parent link='{parent}'/><child link='{child}'/><origin xyz='{xyz}'/><axis xyz='1 0 0'/>"
-        f"<limit lower='-0.2' upper='1.2' effort='1' velocity='4'/><dynamics damping='0.01'/>{more}</joint>"
+        f"<joint name='{name}' type='revolute'><parent link='{parent}'/><child link='{child}'/>"
+        f"<origin xyz='{xyz}'/><axis xyz='1 0 0'/><limit lower='-0.2' upper='1.2' effort='1' velocity='4'/>"
+        f"<dynamics damping='0.01'/>{more}</joint>"
+    )
+
+
+def mount(parent: str, child: str, xyz: str) -> str:
+    """Return a fixed joint."""
+    return (
+        f"<joint name='mount' type='fixed'><parent link='{parent}'/><child link='{child}'/>"
+        f"<origin xyz='{xyz}'/></joint>"
     )
 
 
@@ -66,51 +79,54 @@ def mjcf(tail: str, joints: str = "range='0 1.2' damping='0.02'") -> str:
     finger = ""
     for name, at in (("distal", "0 0 0.038"), ("middle", "0 0 0.038"), ("proximal", "0.02 0 0.02")):
         finger = f"<body name='{name}_link' pos='{at}'><joint name='{name}'/>{geom}{finger}</body>"
-    thumb = f"<body name='thumb_link' pos='-0.02 0 0.02'><joint name='thumb' axis='0 -1 0'/>{geom}</body>"
+    joint = "<joint name='thumb' axis='0 -1 0'/>"
+    thumb = f"<body name='thumb_link' pos='-0.02 0 0.02'>{joint}{geom}</body>"
     return (
-        f"<mujoco model='own'><compiler angle='radian' autolimits='true'/><default><joint axis='0 1 0' {joints}/></default>"
-        f"<worldbody><body name='palm'><geom type='box' size='0.03 0.05 0.015' mass='0.3'/>{finger}{thumb}</body></worldbody>{tail}</mujoco>"
+        f"<mujoco model='own'><compiler angle='radian' autolimits='true'/>"
+        f"<default><joint axis='0 1 0' {joints}/></default><worldbody><body name='palm'>"
+        f"<geom type='box' size='0.03 0.05 0.015' mass='0.3'/>{finger}{thumb}</body></worldbody>{tail}</mujoco>"
     )
 
 
 def servos(*names: str) -> str:
     """Return servos of joints."""
     law = "kp='2' kv='0.05' ctrlrange='0 1.2' forcerange='-1 1'"
-    return "<actuator>" + "".join(f"<position name='m_{name}' joint='{name}' {law}/>" for name in names) + "</actuator>"
+    all_of_them = "".join(f"<position name='m_{name}' joint='{name}' {law}/>" for name in names)
+    return f"<actuator>{all_of_them}</actuator>"
 
 
 SPRUNG = "range='-0.2 1.2' damping='0.02' stiffness='0.05'"
 CABLE = (
     "<tendon><fixed name='cable'><joint joint='proximal' coef='0.01'/><joint joint='middle' coef='0.008'/>"
-    "<joint joint='distal' coef='0.006'/></fixed>{more}</tendon>{equality}<actuator><position name='winch' tendon='cable' kp='2000' "
-    "kv='5' ctrlrange='0 0.02' forcerange='0 20'/></actuator>"
+    "<joint joint='distal' coef='0.006'/></fixed>{more}</tendon>{equality}<actuator><position name='winch' "
+    "tendon='cable' kp='2000' kv='5' ctrlrange='0 0.02' forcerange='0 20'/></actuator>"
 )
 OWN = {
     "a_finger_inside_the_palm.urdf": urdf(
         link("a", "0.015 0.015 0.06", 0.025) + joint("j", "palm", "a", "0 0.03 0.015")
     ),
     "two_joints.urdf": urdf(FINGER + TIP + joint("k", "a", "b", "0 0 0.06")),
-    "a_follower.urdf": urdf(FINGER + TIP + joint("k", "a", "b", "0 0 0.06", "<mimic joint='j' multiplier='0.7' offset='0.1'/>")),
+    "a_follower.urdf": urdf(
+        FINGER + TIP + joint("k", "a", "b", "0 0 0.06", "<mimic joint='j' multiplier='0.7' offset='0.1'/>")
+    ),
     "a_part_on_a_fixed_joint.urdf": urdf(
-        FINGER
-        + link("cap", "0.05 0.07 0.02", 0.01)
-        + "<joint name='mount' type='fixed'><parent link='palm'/><child link='cap'/><origin xyz='0 0 0.015'/></joint>"
+        FINGER + link("cap", "0.05 0.07 0.02", 0.01) + mount("palm", "cap", "0 0 0.015")
     ),
     "a_nail_on_a_fixed_joint.urdf": urdf(
-        FINGER
-        + link("nail", "0.02 0.02 0.02")
-        + "<joint name='mount' type='fixed'><parent link='a'/><child link='nail'/><origin xyz='0 0 0.01'/></joint>"
+        FINGER + link("nail", "0.02 0.02 0.02") + mount("a", "nail", "0 0 0.01")
     ),
     "a_curve.xml": mjcf(
-        "<equality><joint joint1='distal' joint2='middle' polycoef='0 0.3 0.4 0 0'/></equality>" + servos("proximal", "middle", "thumb")
+        "<equality><joint joint1='distal' joint2='middle' polycoef='0 0.3 0.4 0 0'/></equality>"
+        + servos("proximal", "middle", "thumb")
     ),
     "a_narrow_range.xml": mjcf(
-        "<tendon><fixed name='rolling' range='-0.001 0.001'><joint joint='middle' coef='0.007'/><joint joint='distal' coef='-0.008'/>"
-        "</fixed></tendon>" + servos("proximal", "middle", "thumb")
+        "<tendon><fixed name='rolling' range='-0.001 0.001'><joint joint='middle' coef='0.007'/>"
+        "<joint joint='distal' coef='-0.008'/></fixed></tendon>" + servos("proximal", "middle", "thumb")
     ),
     "a_tied_row.xml": mjcf(
-        "<tendon><fixed name='row' range='-0.0002 0.0002'><joint joint='proximal' coef='0.01'/><joint joint='middle' coef='-0.005'/>"
-        "<joint joint='distal' coef='-0.01'/></fixed></tendon>" + servos("proximal", "middle", "thumb")
+        "<tendon><fixed name='row' range='-0.0002 0.0002'><joint joint='proximal' coef='0.01'/>"
+        "<joint joint='middle' coef='-0.005'/><joint joint='distal' coef='-0.01'/></fixed></tendon>"
+        + servos("proximal", "middle", "thumb")
     ),
     "a_cable.xml": mjcf(CABLE.format(more="", equality=""), SPRUNG),
     "two_fingers_on_a_cable.xml": mjcf(
@@ -125,7 +141,8 @@ OWN = {
 
 def program(*arguments: str) -> None:
     """Run the program; its exit code 2 says that the import has problems, which none of these has."""
-    done = subprocess.run([sys.executable, "-m", "palmares", *arguments], capture_output=True, text=True, check=False)
+    command = [sys.executable, "-m", "palmares", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -143,9 +160,10 @@ def rests_alike(name: str, folder: Path) -> None:
             continue
         compared += 1
         rest = hand.rest(sigma)
-        off = {joint: abs(data.qpos[place[joint]] - q) for joint, q in zip(hand.coordinates, rest.q, strict=True)}
-        worst = max(off, key=lambda joint: off[joint])
-        assert off[worst] < MOST_RAD, f"{name} at σ = {sigma}: {worst} is {off[worst]} rad off"
+        found = np.array([data.qpos[place[joint]] for joint in hand.coordinates])
+        off = np.abs(found - rest.q)
+        worst = hand.coordinates[int(off.argmax())]
+        assert off.max() < MOST_RAD, f"{name} at σ = {sigma}: {worst} is {off.max()} rad off"
     assert compared >= 3, f"{name} touches itself in MuJoCo at {len(SIGMA) - compared} of {len(SIGMA)} σ"
 
 

@@ -10,6 +10,7 @@ import pytest
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 
+from palmares.errors import WrongStateError
 from palmares.gym import PalmaresEnv
 from tests.fake_server import FakeServer
 
@@ -75,3 +76,19 @@ def test_gymnasium_finds_nothing_wrong() -> None:
         env = PalmaresEnv(server.url)
         check_env(env, skip_render_check=True)
         env.close()
+
+
+def test_a_closed_environment_begins_again_in_this_process_and_not_on_a_server() -> None:
+    pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
+    env = PalmaresEnv("local", task="grasp", hand="pinch")
+    first, _ = env.reset(seed=5)
+    env.close()
+    again, _ = env.reset(seed=5)
+    assert all(np.array_equal(first[name], again[name]) for name in first)
+    env.step(env.action_space.sample())
+    env.close()
+    with FakeServer() as server:
+        env = PalmaresEnv(server.url)
+        env.close()
+        with pytest.raises(WrongStateError, match="the client is closed"):
+            env.reset(seed=1)

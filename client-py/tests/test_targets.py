@@ -75,6 +75,10 @@ def test_of_several_motors_each_has_its_number() -> None:
         (lambda: action_of([0, 0, 1], None, 1), r"base: found shape \(3,\); wanted shape \(7,\)"),
         (lambda: action_of(np.eye(4), None, 1), r"base: found shape \(4, 4\)"),
         (lambda: action_of(([0, 0, 1], [0, 0, 1]), None, 1), r"base: quat_xyzw: found shape \(3,\)"),
+        (
+            lambda: action_of({"linear": [0, 0, 1], "angular": [0, 0, 0]}, None, 1),
+            r"base: found a dictionary with linear, angular; wanted palmares\.twist",
+        ),
         (lambda: action_of(0.5, None, 1), r"base: found the single number 0.5; wanted shape \(7,\)"),
         (lambda: action_of([[1], [2, 3], 4], None, 1), r"base: found list .*not numbers"),
     ],

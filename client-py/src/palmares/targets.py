@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -94,6 +94,10 @@ def _of_motors(field: str, what: str, value: Hand, motors: int) -> list[float]:
 
 
 def _pose_of(base: Numbers | tuple[Numbers, Numbers]) -> BaseTarget:
+    if isinstance(base, Mapping):
+        found = f"a dictionary with {', '.join(map(str, base))}" if base else "an empty dictionary"
+        wanted = "palmares.twist(linear, angular), palmares.pose(position, quat_xyzw) or palmares.joints(q)"
+        raise BadActionError(f"base: found {found}; wanted {wanted}")
     parts: Any = list(base) if isinstance(base, Iterable) else base
     if isinstance(parts, list) and len(parts) == 2:
         quat_xyzw = numbers("base: quat_xyzw", parts[1], 4, "x, y, z, w")

@@ -290,7 +290,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         return self._player.look(f"{self._view}.rgb").cameras[str(self._view)].rgb
 
     def close(self) -> None:
-        """End the session."""
+        """End the session; without a server `reset` begins another."""
         self._player.close()
 
     def _arrays(self, obs: Observation) -> Arrays:

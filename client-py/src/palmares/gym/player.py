@@ -47,9 +47,9 @@ class Player:
         training: Training | None,
         **client: Any,
     ) -> None:
-        self.client = Client(LOCAL if url is None else url, training=training, **client)
-        # The action space is a box; its corners exceed the limits of the norm.
-        self.client.clipping.mute()
+        self._made_with = {"url": LOCAL if url is None else url, "training": training, **client}
+        self._closed = False
+        self.client = self._connected()
         welcome = self.client.welcome
         played, rules = self._hand_info(hand), self._task_info(task)
         self.hand = played
@@ -67,6 +67,12 @@ class Player:
             from palmares import sim
 
             self.hand_numbers = tuple(sim.hand_numbers(task, hand, training))
+
+    def _connected(self) -> Client:
+        client = Client(**self._made_with)
+        # The action space is a box; its corners exceed the limits of the norm.
+        client.clipping.mute()
+        return client
 
     def _task_info(self, task: str) -> TaskInfo:
         welcome = self.client.welcome
@@ -94,6 +100,9 @@ class Player:
             ValueError: A parameter is invalid, or the run would be on a server.
 
         """
+        if self._closed and self.client.is_local:
+            # As gymnasium's own environments; on a server a session that has ended has ended.
+            self.client, self._closed = self._connected(), False
         if parameters or self.client.is_local:
             self.client.parameters = parameters
         if self.client.tick is not None:
@@ -122,8 +131,9 @@ class Player:
         return self.client.stop()
 
     def close(self) -> None:
-        """End the session."""
+        """End the session. In this process the next `open` begins another."""
         self.client.close()
+        self._closed = True
 
     @property
     def shaping(self) -> float:
