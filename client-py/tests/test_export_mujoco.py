@@ -84,7 +84,8 @@ def mjcf(tail: str, joints: str = "range='0 1.2' damping='0.02'") -> str:
     return (
         f"<mujoco model='own'><compiler angle='radian' autolimits='true'/>"
         f"<default><joint axis='0 1 0' {joints}/></default><worldbody><body name='palm'>"
-        f"<geom type='box' size='0.03 0.05 0.015' mass='0.3'/>{finger}{thumb}</body></worldbody>{tail}</mujoco>"
+        f"<geom type='box' size='0.03 0.05 0.015' mass='0.3'/>{finger}{thumb}</body></worldbody>"
+        f"{tail}</mujoco>"
     )
 
 
