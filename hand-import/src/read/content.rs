@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Format;
+use super::{Format, foreign};
 use crate::error::ImportError;
 use crate::glance::{Glance, is_lfs_pointer, lfs_problem};
 use crate::source::Source;
@@ -14,6 +14,8 @@ pub(crate) enum Content {
     Robot(Format),
     /// A stand-in for a file that Git LFS stores elsewhere.
     LfsPointer,
+    /// A format that is not read, in words with the remedy.
+    Foreign(String),
     /// XML with another root element.
     OtherXml(String),
     /// A part for other files, such as macros or materials, without a robot of its own.
@@ -29,6 +31,7 @@ impl Content {
         match self {
             Content::Robot(format) => format!("is {}", format.name()),
             Content::LfsPointer => lfs_problem(),
+            Content::Foreign(words) => words.clone(),
             Content::OtherXml(root) => {
                 format!("is XML with the root element <{root}>; known formats: {formats}")
             }
@@ -46,6 +49,9 @@ pub(crate) fn recognise(text: &str) -> Content {
         return Content::LfsPointer;
     }
     let file = Glance::new(text);
+    if let Some(words) = foreign::recognised(text, &file) {
+        return Content::Foreign(words);
+    }
     match (Format::ALL.iter().rev().find(|format| format.is(&file)), file.root) {
         (Some(format), _) => Content::Robot(*format),
         (None, "") => Content::Unknown,
@@ -60,18 +66,22 @@ pub(crate) fn recognise(text: &str) -> Content {
 /// There is none, or there are several.
 pub(crate) fn description(source: &Source, robot: Option<&str>) -> Result<(PathBuf, Format), ImportError> {
     if let Some(named) = source.named() {
-        return match recognise(&source.text(named, "source")?) {
+        let text = source.text(named, "source")?;
+        return match recognise(&text) {
             Content::Robot(format) => Ok((named.to_owned(), format)),
+            Content::Foreign(words) => robot_of_world(source, named, &text)
+                .ok_or_else(|| ImportError::unreadable(source.display(named), words)),
             content => Err(ImportError::unreadable(source.display(named), content.problem())),
         };
     }
     let mut found: Vec<(PathBuf, Format)> = Vec::new();
-    let mut pointers = 0;
+    let (mut pointers, mut foreign) = (0, None);
     for path in source.paths().iter().filter(|path| may_describe(path)) {
         let Ok(text) = source.text(path, "source") else { continue };
         match recognise(&text) {
             Content::Robot(format) => found.push((path.clone(), format)),
             Content::LfsPointer => pointers += 1,
+            Content::Foreign(words) => foreign = foreign.or(Some((path.clone(), words))),
             _ => {}
         }
     }
@@ -95,6 +105,9 @@ pub(crate) fn description(source: &Source, robot: Option<&str>) -> Result<(PathB
         }
         ([], _) => {
             let mut problem = format!("has no robot in a known format ({})", Format::names());
+            if let Some((path, words)) = foreign {
+                problem += &format!("; {} {words}", path.display());
+            }
             if pointers > 0 {
                 problem += &format!("; {pointers} files are Git LFS pointers: run `git lfs pull` there");
             }
@@ -106,10 +119,20 @@ pub(crate) fn description(source: &Source, robot: Option<&str>) -> Result<(PathB
     }
 }
 
+/// The only robot of a Klamp't world, if it is in the source.
+fn robot_of_world(source: &Source, world: &Path, text: &str) -> Option<(PathBuf, Format)> {
+    let found = source.resolve(world, &foreign::robot_of_world(text)?).ok()?;
+    match recognise(&source.text(&found.path, "robot").ok()?) {
+        Content::Robot(format) => Some((found.path, format)),
+        _ => None,
+    }
+}
+
 /// Whether a file's name is one that a description can have.
 fn may_describe(path: &Path) -> bool {
     let kind = path.extension().map(|kind| kind.to_string_lossy().to_ascii_lowercase());
-    kind.is_some_and(|kind| Format::ALL.iter().any(|format| format.endings().contains(&kind.as_str())))
+    let known = |kind: &String| Format::ALL.iter().any(|format| format.endings().contains(&kind.as_str()));
+    kind.is_some_and(|kind| known(&kind) || matches!(&*kind, "usd" | "usda" | "usdc"))
 }
 
 /// Whether `--robot` means this file: by its path, an end of it, or its name without extensions.
@@ -154,6 +177,25 @@ mod tests {
         assert!(recognise(pointer).problem().contains("git lfs pull"));
         assert_eq!(recognise("<robot xmlns:xacro='x'><xacro:macro name='m'/></robot>"), Content::Macros);
         assert_eq!(recognise("<COLLADA/>"), Content::OtherXml("COLLADA".to_owned()));
+        for (text, words) in [
+            ("#usda 1.0\ndef Xform \"hand\" {}", "is USD, which is not read"),
+            ("PXR-USDC\0\0", "is USD, which is not read"),
+            (
+                "<world><robot file='a.rob'/><robot file='b.rob'/></world>",
+                "2 robots (a.rob, b.rob), no objects",
+            ),
+            (
+                "<world><rigidObject name='o' file='o.obj'/><terrain name='t'/></world>",
+                "no robots, 1 objects (o) and 1 terrains (t)",
+            ),
+            (
+                "<Robot name='g'><KinBody><Body name='base'/><Body name='f'/><Joint name='j'/></KinBody></Robot>",
+                "is XML of OpenRAVE, which is not read, with 2 bodies (base, f) and 1 joints (j)",
+            ),
+        ] {
+            let problem = recognise(text).problem();
+            assert!(problem.contains(words), "{problem}");
+        }
         assert_eq!(recognise("solid a"), Content::Unknown);
     }
 }

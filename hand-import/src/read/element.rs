@@ -63,21 +63,25 @@ impl Element {
 pub(crate) fn parse(file: &Path, text: &str) -> Result<Element, String> {
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| error.to_string())?;
-    owned(document.root_element(), &Rc::from(file), 0)
+    let ends: Vec<usize> =
+        text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at).collect();
+    owned(document.root_element(), (&Rc::from(file), &ends), 0)
 }
 
-fn owned(node: Node<'_, '_>, file: &Rc<Path>, depth: usize) -> Result<Element, String> {
+/// `ends`: places of the ends of lines. The XML library would count them again for each element.
+fn owned(node: Node<'_, '_>, (file, ends): (&Rc<Path>, &[usize]), depth: usize) -> Result<Element, String> {
     if depth > MAX_DEPTH {
         return Err(format!("more than {MAX_DEPTH} elements are inside each other"));
     }
     let children = node.children().filter(Node::is_element);
+    let start = node.range().start;
     Ok(Element {
         name: node.tag_name().name().to_owned(),
         attributes: node.attributes().map(|a| (a.name().to_owned(), a.value().to_owned())).collect(),
-        children: children.map(|child| owned(child, file, depth + 1)).collect::<Result<_, _>>()?,
+        children: children.map(|child| owned(child, (file, ends), depth + 1)).collect::<Result<_, _>>()?,
         text: node.text().unwrap_or_default().trim().to_owned(),
         file: Rc::clone(file),
-        line: node.document().text_pos_at(node.range().start).row,
+        line: (ends.partition_point(|end| *end < start) + 1) as u32,
     })
 }
 

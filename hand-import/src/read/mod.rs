@@ -5,6 +5,7 @@
 
 pub(crate) mod content;
 pub(crate) mod element;
+mod foreign;
 mod graspit;
 mod klampt;
 mod mjcf;

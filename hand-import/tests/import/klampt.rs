@@ -174,3 +174,20 @@ fn a_mounted_robot_is_fixed_to_its_link() {
     let hand = loaded(&imported);
     assert!(hand.links.iter().any(|link| link.name == "thumb:proximal"));
 }
+
+#[test]
+fn the_only_robot_of_a_world_is_read_and_of_several_one_is_to_be_named() {
+    let source = source();
+    let robot = source.import("gripper.rob");
+    let world = |more: &str| {
+        format!("<world><robot name='r' file='gripper.rob'/><rigidObject file='o.obj'/>{more}</world>")
+    };
+    source.write("world.xml", world("").as_bytes());
+    assert_eq!(source.import("world.xml").files, robot.files);
+    source.write("world.xml", world("<robot file='other.rob'/>").as_bytes());
+    let refusal = source.refusal("world.xml");
+    assert!(
+        refusal.contains("2 robots (gripper.rob, other.rob)") && refusal.contains("name the file of one"),
+        "{refusal}"
+    );
+}
