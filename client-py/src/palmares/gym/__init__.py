@@ -16,13 +16,14 @@ from palmares.gym.env import PalmaresEnv
 from palmares.gym.fields import arrays_of
 from palmares.gym.flat import FlatEnv
 from palmares.gym.goals import Goal
+from palmares.gym.hooks import Transition
 from palmares.gym.ids import register
 from palmares.gym.settings import Settings
 
 if TYPE_CHECKING:
     from palmares.gym.batch import BatchEnv
 
-__all__ = ["BatchEnv", "FlatEnv", "Goal", "PalmaresEnv", "Settings", "arrays_of"]
+__all__ = ["BatchEnv", "FlatEnv", "Goal", "PalmaresEnv", "Settings", "Transition", "arrays_of"]
 
 register()
 

@@ -16,6 +16,7 @@ from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.gym.fields import Arrays, base_space, box
 from palmares.gym.forms import Form
+from palmares.gym.hooks import Transition, copied, rewards_of
 from palmares.gym.images import FILM, FILM_SIZE, cameras_of, spaces_of, view_of
 from palmares.gym.infos import events_of, refuse_options, row_of
 from palmares.gym.settings import Settings, settings_of, unexpected
@@ -92,7 +93,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
             training=chosen.for_learners,
             base=chosen.base,
         )
-        self._shaping, self._base = chosen.shaping, chosen.base
+        self._shaping, self._base, self._reward = chosen.shaping, chosen.base, chosen.reward
+        self._before = Arrays()
         # The action space is a box; its corners exceed the limits of the norm.
         self.batch.clipping.mute()
         self._clipping = Clipping()
@@ -197,6 +199,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
             raise
         self._over[mask], self._steps[mask] = False, 0
         found = np.array(self.batch.seeds)
+        if self._reward is not None:
+            self._before = copied(fields)
         if self._form.goal is not None:
             places = self._form.place(fields)
             for k in np.flatnonzero(mask):
@@ -260,6 +264,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         rewards = np.where(went, stepped.rewards, 0.0)
         terminated, truncated = stepped.terminated, stepped.truncated
         finished = terminated | truncated
+        after = copied(stepped.observations) if self._reward is not None else {}
         observations = self._observed(stepped.observations)
         info = {
             "tick": np.where(went, self.batch.ticks, 0),
@@ -279,6 +284,12 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
             terminated, truncated = np.zeros_like(terminated), finished
         if self._most_steps is not None:
             truncated = truncated | (~terminated & (self._steps >= self._most_steps))
+        if self._reward is not None:
+            step = Transition(
+                self._before, after, actions, rewards, list(info["events"]), terminated, truncated
+            )
+            rewards = np.where(went, rewards_of(self._reward, step), 0.0)
+            self._before = after
         for name, values in info.items():
             infos |= {name: values, f"_{name}": went.copy()}
         infos |= self._privileged()

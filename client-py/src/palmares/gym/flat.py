@@ -17,6 +17,7 @@ from palmares.clipping import Clipping
 from palmares.gym.env import PalmaresEnv
 from palmares.gym.fields import Arrays
 from palmares.gym.forms import Form
+from palmares.gym.hooks import Transition, copied, rewards_of
 from palmares.gym.settings import OF_BATCH, Settings, settings_of
 
 if TYPE_CHECKING:
@@ -87,7 +88,10 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         if chosen.objects is None and "objects" not in options:
             chosen = replace(chosen, objects=_objects(task))
         self._form = Form(chosen)
-        of_fields = replace(chosen, sensing=self._form.sensing, observations="fields", goal=None)
+        self._reward, self._before = chosen.reward, Arrays()
+        of_fields = replace(
+            chosen, sensing=self._form.sensing, observations="fields", goal=None, reward=None, observe=None
+        )
         self.inner = PalmaresEnv(url, task=task, hand=hand, settings=of_fields, **others)
         self.render_mode, self.metadata = self.inner.render_mode, self.inner.metadata
         self.hand_numbers = self.inner.hand_numbers
@@ -129,6 +133,8 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         if seed is None:
             seed = int(self.np_random.integers(2**53))
         fields, info = self.inner.reset(seed=seed, options=options)
+        if self._reward is not None:
+            self._before = copied(fields)
         if self._form.goal is not None:
             self._desired = self._form.goal.drawn(seed, self._form.place(fields))
         return self._form.made(fields, (), self._desired), info
@@ -140,12 +146,28 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         length = len(self._half)
         base, hand = action[:length] * self._half + self._middle, 0.5 * (action[length:] + 1.0)
         fields, reward, terminated, truncated, info = self.inner.step({self._base: base, "hand": hand})
+        if self._reward is not None:
+            reward = self._own_reward(fields, action, reward, terminated, truncated, info["events"])
         observation = self._form.made(fields, (), self._desired)
         if self._form.goal is not None:
             reward = self.compute_reward(observation["achieved_goal"], observation["desired_goal"], info)
             info["is_success"] = reward == 0.0
             terminated, truncated = False, terminated or truncated
         return observation, reward, terminated, truncated, info
+
+    def _own_reward(
+        self, fields: Arrays, action: Array, reward: float, terminated: bool, truncated: bool, events: Any
+    ) -> float:
+        assert self._reward is not None
+        before, after = (
+            {name: values[np.newaxis] for name, values in one.items()} for one in (self._before, fields)
+        )
+        own = np.array([reward])
+        ends = np.array([terminated]), np.array([truncated])
+        step = Transition(before, after, action[np.newaxis], own, [events], *ends)
+        found = float(rewards_of(self._reward, step)[0])
+        self._before = copied(fields)
+        return found
 
     def render(self) -> Any:
         """As `PalmaresEnv.render`."""

@@ -12,9 +12,12 @@ from gymnasium import spaces
 from palmares.arguments import Sensing
 from palmares.gym.fields import LARGEST, Arrays
 from palmares.gym.goals import Goal
+from palmares.gym.hooks import observed
 from palmares.gym.images import is_image
 from palmares.gym.settings import Settings
 
+# The field that `observe` makes.
+OBSERVED = "observed"
 # Fields that no sensor reads, beside the hand's channels of the truth.
 TRUTH = ("joints", "objects", "object_kind", "object_half_extents", "object_mass", "hand_drawn")
 
@@ -32,6 +35,7 @@ class Form:
     def __init__(self, settings: Settings) -> None:
         self._kind, goal, self._sensing = settings.observations, settings.goal, settings.sensing
         self.goal = Goal() if self._kind == "goal" and goal is None else goal
+        self._observe = settings.observe
         self.layout: dict[str, dict[str, slice]] = {}
 
     @property
@@ -50,6 +54,14 @@ class Form:
             ValueError: The goal's object is none of the task, or the number of objects is unknown.
 
         """
+        if self._observe is not None:
+            zeros = {name: np.zeros((1, *(space.shape or ()))) for name, space in fields.items()}
+            length = observed(self._observe, zeros, 1).shape[1]
+            images = {name: fields[name] for name in fields if is_image(name)}
+            self.space = spaces.Dict(
+                {OBSERVED: spaces.Box(-LARGEST, LARGEST, (length,), np.float32)} | images
+            )
+            return
         if self._kind == "fields":
             self.space = fields
             return
@@ -98,6 +110,11 @@ class Form:
             desired: The goals (lead, 3).
 
         """
+        if self._observe is not None:
+            rows = fields if lead else {name: values[np.newaxis] for name, values in fields.items()}
+            found = observed(self._observe, rows, lead[0] if lead else 1)
+            images = {name: values for name, values in fields.items() if is_image(name)}
+            return {OBSERVED: found if lead else found[0]} | images
         if self._kind == "fields":
             return fields
         made: Arrays = {}

@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode
 
 from palmares.arguments import Noise, Sensing, check_sensing, one_of, short
 from palmares.gym.goals import Goal
+from palmares.gym.hooks import Observe, Reward
 from palmares.targets import BaseKind
 from palmares.training import Training
 
@@ -36,6 +37,10 @@ class Settings:
         noise: ``none`` or ``real``: errors of the sensors. Left out, it is ``none``, and on a server the
             server's own.
         observations: Form of the observations of `FlatEnv` and `BatchEnv`.
+        reward: Your own reward, in place of the task's: takes a `Transition` of N environments and returns N
+            rewards. The score stays the task's.
+        observe: Your own observation: takes the fields (N, …) and returns (N, n), which is the field
+            ``observed``, the only one beside images. It is called once with zeros, to learn n.
         goal: Where an object is wanted, with ``observations="goal"``; 10 cm above its place when left out.
         cameras: Cameras with an image in every observation: ``NAME`` for its depth, ``NAME.rgb`` for colours.
             Colours of a `BatchEnv` need ``noise="none"``.
@@ -68,6 +73,8 @@ class Settings:
     sensing: Sensing = "truth"
     noise: Noise | None = None
     observations: Observations = "fields"
+    reward: Reward | None = None
+    observe: Observe | None = None
     goal: Goal | None = None
     cameras: Sequence[str] = ()
     ticks: int = 10
@@ -92,6 +99,17 @@ class Settings:
             raise ValueError(f"goal: found {self.goal}; wanted None, or observations='goal' with it")
         if self.observations == "goal" and self.shaping is True:
             raise ValueError("shaping: found True; wanted False or 'info': the reward is that of the goal")
+        if self.observe is not None and self.observations != "fields":
+            raise ValueError(
+                f"observe: found a function with observations={self.observations!r}; wanted 'fields'"
+            )
+        if self.reward is not None and self.observations == "goal":
+            raise ValueError(
+                "reward: found a function with observations='goal', whose reward is that of the goal"
+            )
+        for name in ("reward", "observe"):
+            if getattr(self, name) is not None and not callable(getattr(self, name)):
+                raise ValueError(f"{name}: found {short(getattr(self, name))}; wanted a function or None")
         if self.observations == "groups" and self.sensing == "sensors":
             raise ValueError(
                 "observations: found 'groups' with sensing='sensors'; wanted sensing='truth' for the critic; "
