@@ -30,6 +30,13 @@ def places(fields: Arrays) -> Array:
     return found
 
 
+def one_row_is_infinite(fields: Arrays) -> Array:
+    """Return observations of which the second is no number."""
+    found: Array = np.zeros((len(fields["base"]), 2))
+    found[1:2] = np.inf
+    return found
+
+
 def length_of(env: BatchEnv) -> int:
     """Return the length of an action."""
     return int(env.batch.action_len)
@@ -98,8 +105,10 @@ def test_what_a_function_returns_is_checked() -> None:
 
     with pytest.raises(ValueError, match=r"reward: found an array of shape \(2, 1\); wanted \(2,\)"):
         step_with(reward=lambda step: step.rewards[:, np.newaxis])
-    with pytest.raises(ValueError, match=r"reward: found nan at \[0\]; wanted finite numbers"):
+    with pytest.raises(ValueError, match="reward: found nan in row 0; wanted finite numbers"):
         step_with(reward=lambda step: step.rewards * np.nan)
+    with pytest.raises(ValueError, match="observe: found inf in row 1"):
+        step_with(observe=one_row_is_infinite)
     with pytest.raises(ValueError, match=r"observe: found an array of shape \(1,\); wanted \(1, n\)"):
         step_with(observe=lambda fields: fields["base"][:, 0])
     with pytest.raises(ValueError, match="reward: found 3; wanted a function or None"):

@@ -79,7 +79,9 @@ def _array(found: Any) -> Array:
 
 
 def _finite(name: str, found: Array) -> Array:
-    if not np.isfinite(found).all():
-        where = np.argwhere(~np.isfinite(found))[0].tolist()
-        raise ValueError(f"{name}: found {found[tuple(where)]} at {where}; wanted finite numbers")
+    flat = found.reshape(-1)
+    wrong = np.flatnonzero(~np.isfinite(flat))
+    if wrong.size:
+        row = int(wrong[0]) * len(found) // flat.size
+        raise ValueError(f"{name}: found {flat[wrong[0]]} in row {row}; wanted finite numbers")
     return found
