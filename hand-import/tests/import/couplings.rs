@@ -92,6 +92,22 @@ fn a_narrow_range_of_three_joints_is_a_stiff_tendon_both_ways() {
 }
 
 #[test]
+fn a_narrow_range_of_joints_that_other_couplings_bind_is_not_lost() {
+    // The middle joint follows one, the last joint another: neither can follow a second one.
+    let tail = "<tendon><fixed name='row' range='-0.0001 0.0001'><joint joint='middle' coef='0.01'/>\
+                <joint joint='distal' coef='-0.01'/></fixed></tendon><equality><joint joint1='middle' joint2='proximal'/>\
+                <joint joint1='distal' joint2='thumb'/></equality>";
+    let actuators = format!("<actuator>{}{}</actuator>", servo("proximal"), servo("thumb"));
+    let imported = fingers(&format!("{tail}{actuators}")).import("hand.xml");
+    no_problems(&imported);
+    let hand = loaded(&imported);
+    let tie = hand.tendons.iter().find(|tendon| tendon.name == "row_row").expect("a tie");
+    // Their leaders are tied instead.
+    assert_eq!((tie.both_ways, tie.moment_arms.len()), (true, 2));
+    near(tie.moment_arms[0].1, -tie.moment_arms[1].1);
+}
+
+#[test]
 fn an_equality_of_tendons_lets_one_joint_follow_the_others_motor() {
     let tendons = "<tendon><fixed name='left'><joint joint='proximal' coef='0.01'/></fixed>\
                    <fixed name='right'><joint joint='thumb' coef='0.02'/></fixed></tendon>";

@@ -44,11 +44,16 @@ impl Reader<'_> {
             Some(_) => Some(self.named(element, "joint2", |model, name| model.joint(name))?),
             None => None,
         };
+        Some(Law::Joint(first, second, self.polynomial(at)))
+    }
+
+    /// The polynomial of an equality, from the constant upwards.
+    pub(super) fn polynomial(&mut self, at: &Attributes<'_>) -> [f64; 5] {
         let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
         if let Some(list) = at.list("polycoef", self.log) {
             list.iter().take(5).enumerate().for_each(|(k, x)| coefficients[k] = *x);
         }
-        Some(Law::Joint(first, second, coefficients))
+        coefficients
     }
 
     pub(super) fn body_law(&mut self, element: &Element, at: &Attributes<'_>, poses: &[Pose]) -> Option<Law> {

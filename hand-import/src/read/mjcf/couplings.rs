@@ -23,10 +23,7 @@ impl Reader<'_> {
             Some(_) => Some(self.named(element, "tendon2", tendon)?),
             None => None,
         };
-        let mut polynomial = [0.0, 1.0, 0.0, 0.0, 0.0];
-        if let Some(list) = at.list("polycoef", self.log) {
-            list.iter().take(5).enumerate().for_each(|(k, x)| polynomial[k] = *x);
-        }
+        let polynomial = self.polynomial(at);
         let arms = |tendon: usize| match &self.model.tendons[tendon].path {
             Path::Fixed(joints) => {
                 Some(joints.iter().filter(|(_, w)| *w != 0.0).copied().collect::<Vec<_>>())
@@ -109,24 +106,23 @@ impl Reader<'_> {
             return None;
         }
         match *terms.as_slice() {
-            [] => None,
-            [(joint, w)] => Some(Law::Joint(joint, None, [row.sum / w, 0.0, 0.0, 0.0, 0.0])),
+            [] => return None,
+            [(joint, w)] => return Some(Law::Joint(joint, None, [row.sum / w, 0.0, 0.0, 0.0, 0.0])),
             [first, second] => {
                 // The joint that has a motor leads, else the one nearer to the base.
                 let mut pair = [first, second];
                 pair.sort_by_key(|(joint, _)| (!self.is_driven(*joint), *joint));
-                let free = |[(leader, _), (follower, _)]: [(usize, f64); 2]| {
-                    !self.follows(follower) && self.last_leader(leader) != follower
+                let free = |[(leader, _), (follower, _)]: &[(usize, f64); 2]| {
+                    !self.follows(*follower) && self.last_leader(*leader) != *follower
                 };
-                let [second, first] = [pair, [pair[1], pair[0]]].into_iter().find(|pair| free(*pair))?;
-                let ((joint, w), (leader, v)) = (first, second);
-                Some(Law::Joint(joint, Some(leader), [row.sum / w, -v / w, 0.0, 0.0, 0.0]))
+                if let Some([(leader, v), (joint, w)]) = [pair, [pair[1], pair[0]]].into_iter().find(free) {
+                    return Some(Law::Joint(joint, Some(leader), [row.sum / w, -v / w, 0.0, 0.0, 0.0]));
+                }
             }
-            _ => {
-                self.model.rows.push(Row { terms, ..row });
-                None
-            }
+            _ => {}
         }
+        self.model.rows.push(Row { terms, ..row });
+        None
     }
 
     fn is_driven(&self, joint: usize) -> bool {

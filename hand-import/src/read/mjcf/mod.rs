@@ -2,8 +2,8 @@
 //!
 //! 1. `include.rs`: the XML with its includes. `defaults.rs`, `compiler.rs`: classes, units, orientations.
 //! 2. `compile.rs` makes a [`Model`](model::Model) of it: bodies, joints and geoms. `actuation.rs` adds tendons and actuators,
-//!    `constraints.rs` equalities, exclusions and keyframes, `couplings.rs` what tendons bind. `mesh.rs`, `inertia.rs` and `actuator.rs` compute what MuJoCo derives,
-//!    `copies.rs` names what it copies.
+//!    `constraints.rs` equalities, exclusions and keyframes, `couplings.rs` what tendons bind. `mesh.rs`, `inertia.rs` and
+//!    `actuator.rs` compute what MuJoCo derives, `copies.rs` names what it copies.
 //! 3. `length.rs`, `wrap.rs` and `motions.rs`: lengths of tendons, also over joints that follow others. `frames.rs`, `draft.rs`,
 //!    `start.rs` and `tendons.rs`: the hand in it.
 
