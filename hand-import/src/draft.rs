@@ -283,7 +283,7 @@ pub(crate) struct Tie {
 
 impl Tie {
     /// Stiffness, N·m/rad and N/m: 1 N·m bends it by 0.3°, 10 N by 0.2 mm.
-    const STIFFNESS: (f64, f64) = (200.0, 5e4);
+    pub(crate) const STIFFNESS: (f64, f64) = (200.0, 5e4);
     /// Largest torque, N·m, and force, N: a third and half of what a hand may have.
     const FORCE: (f64, f64) = (10.0, 200.0);
 
@@ -407,7 +407,7 @@ impl Draft {
     }
 
     /// The link at the top of those that fixed joints join with this one.
-    fn body_of<'a>(&'a self, link: &'a str) -> &'a str {
+    pub(crate) fn body_of<'a>(&'a self, link: &'a str) -> &'a str {
         let mut at = link;
         for _ in 0..self.joints.len() {
             match self.joints.iter().find(|joint| joint.child == at) {

@@ -7,7 +7,7 @@ use palmares_models::measure::HandLimits;
 use palmares_models::{Mat3, Vec3};
 
 use crate::decision::{At, Log};
-use crate::draft::{Draft, Geometry, Inertial, JointKind, Link};
+use crate::draft::{Draft, Geometry, Inertial, Link};
 use crate::meshes::Meshes;
 
 /// Density of a link without a mass: that of plastics, kg/m³.
@@ -107,19 +107,9 @@ pub(crate) fn shown(links: &[&str]) -> String {
 
 /// Links that fixed joints connect, by the moving link that they follow.
 fn bodies(draft: &Draft) -> Vec<BTreeSet<String>> {
-    let follows: BTreeMap<&str, &str> = draft
-        .joints
-        .iter()
-        .filter(|joint| joint.kind == JointKind::Fixed)
-        .map(|joint| (joint.child.as_str(), joint.parent.as_str()))
-        .collect();
     let mut bodies: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
     for link in &draft.links {
-        let mut top = link.name.as_str();
-        while let Some(parent) = follows.get(top) {
-            top = parent;
-        }
-        bodies.entry(top).or_default().insert(link.name.clone());
+        bodies.entry(draft.body_of(&link.name)).or_default().insert(link.name.clone());
     }
     bodies.into_values().collect()
 }

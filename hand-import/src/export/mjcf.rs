@@ -13,11 +13,9 @@ use palmares_models::{Mat3, Pose, Vec3};
 
 use crate::complete::Complete;
 use crate::decision::{At, DecisionKind, Log};
-use crate::draft::{Draft, Geometry, Joint, JointKind, Link, LinkShape, Triangles};
+use crate::draft::{Draft, Geometry, Joint, JointKind, Link, LinkShape, Tie, Triangles};
 use crate::glance::{STATED, WITH_CORNERS};
 
-/// Least stiffness of a passive tendon that is written as an equality, which is nearly rigid, N·m/rad.
-const STIFF: f64 = 100.0;
 /// Spring length beyond every tendon's, m or rad.
 const FAR: f64 = 1e9;
 
@@ -264,26 +262,15 @@ impl<'a> Writer<'a> {
         own.or_else(of_hand).or_else(drawn).or(self.draft.friction).unwrap_or(1.0)
     }
 
-    /// The link of the loaded hand that a body is a part of: fixed joints merge links.
-    fn part_of(&self, link: &str) -> Option<usize> {
-        let mut at = link;
-        for _ in 0..self.draft.links.len() {
-            if let Some(index) = self.hand.link(at) {
-                return Some(index);
-            }
-            at = &self.draft.joints.iter().find(|joint| joint.child == at)?.parent;
-        }
-        None
-    }
-
     /// Pairs that never touch: those of the hand, and all neighbours. MuJoCo keeps from each other the neighbours in its own tree,
     /// where joints without a link between them are one step and the base is a part of the world: its filter is off.
     fn contacts(&mut self) {
         let mut out = Lines::at(2);
         let hand = self.hand;
         let solid = self.draft.links.iter().filter(|link| !link.collisions.is_empty());
-        let parts: Vec<(&str, usize)> =
-            solid.filter_map(|link| Some((link.name.as_str(), self.part_of(&link.name)?))).collect();
+        let parts: Vec<(&str, usize)> = solid
+            .filter_map(|link| Some((link.name.as_str(), hand.link(self.draft.body_of(&link.name))?)))
+            .collect();
         let apart = |a: usize, b: usize| {
             let neighbours = hand.links[b].parent == Some(a) || hand.links[a].parent == Some(b);
             neighbours || hand.no_collision.contains(&[a.min(b), a.max(b)])
@@ -331,14 +318,14 @@ impl<'a> Writer<'a> {
         self.rest.section("equality", out);
     }
 
-    /// A tendon that only ties a joint to a curve of another's coordinate, as the joints' names and the polynomial.
+    /// A tendon as stiff as a [`Tie`] that only ties a joint to a curve of another's coordinate: the joints' names and the polynomial.
     fn curve(&self, tendon: &Tendon) -> Option<(&'a str, &'a str, [f64; 5])> {
         let ([(joint, arm)], [element]) = (tendon.moment_arms.as_slice(), tendon.elements.as_slice()) else {
             return None;
         };
         let TendonPath::Polynomial(path) = &element.path else { return None };
         let ties = tendon.motors.is_empty() && tendon.both_ways && *joint != element.coordinate;
-        if !ties || path.coefficients.len() > 4 || tendon.stiffness < STIFF {
+        if !ties || path.coefficients.len() > 4 || tendon.stiffness < Tie::STIFFNESS.0 {
             return None;
         }
         let mut polynomial = [tendon.rest / arm, 0.0, 0.0, 0.0, 0.0];
