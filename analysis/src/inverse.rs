@@ -517,6 +517,19 @@ mod tests {
     }
 
     #[test]
+    fn a_hand_that_never_rests_has_infinite_gaps() {
+        let mut hand = (*Hand::builtin("pinch").expect("built in")).clone();
+        // Nothing holds its joints.
+        hand.tendons.clear();
+        hand.coordinates.iter_mut().for_each(|c| c.stiffness = 0.0);
+        let inverse = Inverse { points: tips(&hand), along: Along::Motors, base_moves: true };
+        let goal = vec![Vec3::ZERO; inverse.points.len()];
+        let start = vec![0.5; hand.motors.len()];
+        let found = inverse.solve(&Config::default(), &hand, &goal, Pose::IDENTITY, &start);
+        assert!(found.gaps.iter().all(|gap| gap.is_infinite()), "{:?}", found.gaps);
+    }
+
+    #[test]
     fn points_are_turned_to_their_places() {
         let points = [Vec3::ZERO, Vec3::X, Vec3::new(0.2, 0.7, 0.1), Vec3::new(-0.3, 0.1, 0.5)];
         let whole = Rotation::from_scaled_axis(Vec3::new(0.5, -2.0, 1.0));

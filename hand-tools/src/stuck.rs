@@ -20,3 +20,24 @@ pub(crate) fn stuck(hand: &Hand) -> Vec<String> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_joint_is_stuck_from_the_force_of_its_motors_on() {
+        let hand = Hand::builtin("leap").expect("built in");
+        assert!(stuck(&hand).is_empty());
+        let servo = hand.tendons.iter().find(|tendon| tendon.moment_arms.len() == 1).expect("a servo");
+        let (c, arm) = servo.moment_arms[0];
+        let force = arm.abs() * servo.force_limit;
+        let mut rubs = (*hand).clone();
+        for (friction, count) in [(0.99 * force, 0), (1.01 * force, 1)] {
+            rubs.coordinates[c].friction = friction;
+            let found = stuck(&rubs);
+            assert_eq!(found.len(), count, "{found:?}");
+            assert!(found.iter().all(|why| why.contains(&rubs.coordinates[c].name)), "{found:?}");
+        }
+    }
+}
