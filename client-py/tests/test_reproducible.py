@@ -20,13 +20,25 @@ PACKAGE = Path(__file__).parent.parent / "src/palmares"
 BENCHMARK = Path(__file__).parent.parent / "benchmarks/processors.py"
 
 DECIDING = (
-    *("skills", "examples", "gym", "sim", "analysis", "evaluate", "rotation.py", "cameras.py", "scene.py"),
+    *(
+        "skills",
+        "examples",
+        "grasps",
+        "gym",
+        "sim",
+        "analysis",
+        "evaluate",
+        "rotation.py",
+        "cameras.py",
+        "scene.py",
+    ),
     *("targets.py", "clipping.py"),
 )
 """Code that decides a run, or is printed on a page"""
 LEFT_OUT = {
     "_grasp_runs.py": "worlds of the learners, thousands at once",
     "_training.py": "PyTorch",
+    "train_grasp_success.py": "PyTorch",
     "train_grasp_cem.py": "a learner: its curve is of one machine",
     "train_grasp_tune.py": "Ray",
     "train_lift_sb3.py": "PyTorch",
@@ -38,8 +50,21 @@ LEFT_OUT = {
 """Files that may compute otherwise on another machine, and why: docs/training.md says so of learners"""
 NUMPY = {
     # Types, constants and generators of random numbers.
-    *("bool_", "float32", "float64", "int64", "integer", "number", "str_", "uint8", "uint16", "uint64"),
-    *("dtype", "errstate", "generic", "inf", "nan", "ndarray", "newaxis", "pi", "random", "s_"),
+    *(
+        "bool_",
+        "bytes_",
+        "float32",
+        "float64",
+        "int32",
+        "int64",
+        "integer",
+        "number",
+        "str_",
+        "uint8",
+        "uint16",
+        "uint64",
+    ),
+    *("dtype", "errstate", "generic", "inf", "nan", "ndarray", "ndim", "newaxis", "pi", "random", "s_"),
     # They place elements.
     *(
         "append",
@@ -52,7 +77,19 @@ NUMPY = {
         "broadcast_to",
     ),
     *("column_stack", "concatenate", "delete", "empty", "eye", "frombuffer", "full", "hstack"),
-    *("mgrid", "moveaxis", "nan_to_num", "ones", "ones_like", "pad", "ravel", "repeat", "split", "stack"),
+    *(
+        "mgrid",
+        "moveaxis",
+        "nan_to_num",
+        "ones",
+        "ones_like",
+        "pad",
+        "ravel",
+        "repeat",
+        "split",
+        "stack",
+        "swapaxes",
+    ),
     *("tile", "vstack", "where", "zeros", "zeros_like"),
     # They compute each element by itself, with operations that IEEE 754 rounds.
     *(

@@ -51,5 +51,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(lookup::faults, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::identity, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::describe_hand, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::objects, module)?)?;
     module.add_function(wrap_pyfunction!(training::hand_numbers, module)?)
 }

@@ -3,6 +3,7 @@
 use crate::kept::Kept;
 use crate::message;
 use palmares_models::builtin::builtin_hands;
+use palmares_models::catalogue::Catalogue;
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions};
 use palmares_protocol::Reply;
@@ -19,6 +20,12 @@ use std::sync::{Arc, OnceLock};
 
 /// Largest seed: every JSON reader holds it exactly.
 pub(crate) const LARGEST_SEED: u64 = palmares_protocol::MAX_SAFE_INTEGER;
+
+/// Names of the objects of the catalogue.
+#[pyfunction]
+pub(crate) fn objects() -> Vec<String> {
+    Catalogue::builtin().items().iter().map(|item| item.object.name.clone()).collect()
+}
 
 fn builtin_tasks() -> &'static [Arc<Task>] {
     static TASKS: OnceLock<Vec<Arc<Task>>> = OnceLock::new();

@@ -192,5 +192,8 @@ def hand_numbers(task: str, hand: str, training: Training) -> list[str]:
 def identity() -> tuple[str, dict[str, str], dict[str, str]]:
     """Return the engine's fingerprint, and the content hashes of the program's hands and tasks, by name."""
 
+def objects() -> list[str]:
+    """Return the names of the objects of the catalogue."""
+
 def describe_hand(name: str) -> str:
     """Return a hand, by name or path, as JSON: the response of ``GET /v1/hands/{name}``."""

@@ -12,9 +12,10 @@ frames and the source of
 each equation. The functions need the compiled part of the package, which the wheels contain.
 """
 
+from palmares.analysis.closure import Closure, Quality, force_closure, form_closure, quality
 from palmares.analysis.contacts import Contact, ContactModel, grasp_matrix
 from palmares.analysis.design import Forces, Optimum, Postures, Variable, arm, rest, stiffness
-from palmares.analysis.grasp import Closure, Ellipsoid, Grasp, Quality, ellipsoid, force_ellipsoid
+from palmares.analysis.grasp import Ellipsoid, Grasp, ellipsoid, force_ellipsoid
 from palmares.analysis.hand import Closing, Ejection, Hand, Inverse, Rest, held
 from palmares.analysis.linear import LinearGrasp, LinearHand, soft_synergies
 from palmares.analysis.robot_arm import Reached, RobotArm
@@ -41,9 +42,12 @@ __all__ = [
     "Variable",
     "arm",
     "ellipsoid",
+    "force_closure",
     "force_ellipsoid",
+    "form_closure",
     "grasp_matrix",
     "held",
+    "quality",
     "rest",
     "soft_synergies",
     "stiffness",

@@ -12,46 +12,11 @@ from palmares._native import HandModel, quasistatic
 from palmares._native import contact_stiffness as native_contact_stiffness
 from palmares._native import ellipsoid as native_ellipsoid
 from palmares._native import force_closure as native_force_closure
-from palmares._native import form_closure as native_form_closure
-from palmares._native import quality as native_quality
 from palmares._native import spaces as native_spaces
+from palmares.analysis.closure import Closure, Quality, form_closure, quality
 from palmares.analysis.contacts import Array, Contact, Numbers, grasp_matrix
 from palmares.analysis.linear import LinearGrasp, LinearHand, Tendons, fixed
-from palmares.reproducible import norms
 from palmares.views import Brief
-
-
-@dataclass(frozen=True, repr=False)
-class Closure(Brief):
-    """The result of a test of closure."""
-
-    closed: bool
-    """Whether the grasp has this closure"""
-    rank: int
-    """Rank of G"""
-    margin: float
-    """Largest distance of balanced contact forces from the bounds of their cones, with a mean normal force of
-    1 N"""
-    forces: Array
-    """The contact forces λ with this margin"""
-    uncontrolled: Array | None = None
-    """For force closure: basis of the inner forces that the joints do not control, N(G) ∩ N(Jᵀ)"""
-    frictional: bool | None = None
-    """For force closure: whether there is closure with friction, if all contact forces are controlled"""
-
-
-@dataclass(frozen=True, repr=False)
-class Quality(Brief):
-    """Measures of Ferrari and Canny; moments are divided by a length."""
-
-    epsilon: float
-    """ε: radius of the largest ball about the origin inside the set of wrenches, N"""
-    epsilon_bound: float
-    """Upper bound of the ε of round cones; `epsilon` is a lower one"""
-    weakest: Array
-    """Unit wrench that the grasp resists least: force, then moment over length"""
-    volume: float | None
-    """Volume of the set; None for ``norm="each"``"""
 
 
 @dataclass(frozen=True, repr=False)
@@ -146,7 +111,7 @@ class Grasp:
 
         With `planar` it moves along x and y of its frame, and turns about z.
         """
-        return Closure(**native_form_closure(self.contacts, self.object, planar))
+        return form_closure(self.contacts, self.object, planar=planar)
 
     def force_closure(self, *, planar: bool = False) -> Closure:
         """Return whether the contacts hold the object with friction, and the hand all inner forces."""
@@ -160,20 +125,8 @@ class Grasp:
         length: float | None = None,
         planar: bool = False,
     ) -> Quality:
-        """Return the measures of Ferrari and Canny.
-
-        Args:
-            norm: ``total``: the sum of the normal forces is at most 1 N (L1); ``each``: each of them
-                is (L∞), only with `planar`.
-            edges: Edges of the pyramids inside the friction cones, at least 3.
-            length: Divides moments, m; by default the largest distance of a contact from the object's origin.
-            planar: The object moves along x and y of its frame, and turns about z.
-
-        """
-        if length is None:
-            points = np.array([c.point for c in self.contacts])
-            length = float(norms(points - self.object[:3]).max())
-        return Quality(**native_quality(self.contacts, self.object, norm, edges, length, planar))
+        """Return the measures of Ferrari and Canny; for the arguments see `palmares.analysis.quality`."""
+        return quality(self.contacts, self.object, norm, edges=edges, length=length, planar=planar)
 
     def spaces(self) -> dict[str, Array]:
         """Return bases of the spaces that classify a grasp (Prattichizzo and Trinkle).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -15,7 +15,8 @@ from palmares.analysis.design import Forces, Optimum, Postures, Variable
 from palmares.analysis.grasp import Grasp
 from palmares.analysis.linear import LinearHand, Tendons, fixed
 from palmares.arguments import one_of, table
-from palmares.reproducible import mean
+from palmares.reproducible import matmul, mean
+from palmares.rotation import matrix_of
 from palmares.sim import World
 from palmares.views import Brief
 
@@ -221,7 +222,8 @@ class Hand:
 
         Args:
             rest: The posture: an equilibrium, or σ.
-            contacts: Contacts on links, in the links' frames.
+            contacts: Contacts on links, in the links' frames; with an empty link in the world, where no joint
+                moves them.
             object: The object's frame in the world; by default the middle of the contacts, with the world's
                 axes.
             forces: Contact forces λ of the posture. They add the geometric stiffness of hand and object.
@@ -230,10 +232,22 @@ class Hand:
         if not contacts:
             raise ValueError("contacts: found none; wanted at least one")
         at = rest if isinstance(rest, Rest) else self.rest(rest)
+        contacts = [contact if contact.link else self._on_root(contact, at) for contact in contacts]
         if object is None:
             probe = self._native.grasp(at.base, at.q, list(contacts), pose_of("object", None), None)
             object = mean(probe["points"])  # noqa: A001
         return Grasp(self._native, at.base, at.q, at.tension, contacts, pose_of("object", object), forces)
+
+    def _on_root(self, contact: Contact, rest: Rest) -> Contact:
+        """Return a contact in the world as one on the root link, which no joint moves."""
+        turn = matrix_of(rest.links[0, 3:]).T
+        return replace(
+            contact,
+            link=self.links[0],
+            point=matmul(turn, np.array(contact.point) - rest.links[0, :3]),
+            normal=matmul(turn, contact.normal),
+            tangent=None if contact.tangent is None else matmul(turn, contact.tangent),
+        )
 
     def close(
         self,

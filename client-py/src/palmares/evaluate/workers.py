@@ -19,7 +19,7 @@ Pool: TypeAlias = Callable[[Sequence[Job]], Iterator[tuple[Job, Played]]]
 """Plays jobs and yields each with its outcome, in any order"""
 
 
-def _cores() -> int:
+def cores() -> int:
     """Return how many cores this process can use; macOS and Windows know only how many there are."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
@@ -38,7 +38,7 @@ def processes(count: int | None = None, timeout_s: float | None = None) -> Pool:
         waiting, idle, busy = deque(jobs), list[_Worker](), list[_Worker]()
         try:
             while waiting or busy:
-                while waiting and len(busy) < (count or _cores()):
+                while waiting and len(busy) < (count or cores()):
                     worker = idle.pop() if idle else _Worker()
                     worker.give(waiting.popleft())
                     busy.append(worker)

@@ -15,6 +15,7 @@ COMMANDS = {
     "demo": "palmares.program.demo",
     "evaluate": "palmares.program.evaluate",
     "foxglove": "palmares.program.foxglove",
+    "grasps": "palmares.program.grasps",
     "new": "palmares.program.new",
     "ros2": "palmares.program.ros2",
 }

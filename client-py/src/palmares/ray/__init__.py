@@ -18,12 +18,12 @@ except ImportError as missing:
     raise ImportError("palmares.ray needs Ray: pip install 'palmares[ray]'") from missing
 
 from palmares.ray.envs import register_envs
-from palmares.ray.runs import evaluate, pool
+from palmares.ray.runs import calls, evaluate, pool
 
 if TYPE_CHECKING:
     from palmares.ray.worlds import batches, rollouts
 
-__all__ = ["batches", "evaluate", "pool", "register_envs", "rollouts"]
+__all__ = ["batches", "calls", "evaluate", "pool", "register_envs", "rollouts"]
 
 
 def __getattr__(name: str) -> Any:

@@ -7,7 +7,7 @@ import logging
 import os
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -119,6 +119,27 @@ def pool(address: str | None = None, **options: Any) -> Pool:
     return play_all
 
 
+def calls(
+    address: str | None = None, **options: Any
+) -> Callable[[Callable[[Any], Any], Sequence[Any]], Iterator[Any]]:
+    """Return a pool for `palmares.grasps.make`, in which every call of a function is a task of Ray.
+
+    Args:
+        address: As for `pool`.
+        options: As for `pool`.
+
+    """
+
+    def run(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
+        connect(address)
+        remote, wanted, sent = ray.remote(_call).options(**OPTIONS | options), build(), ray.put(function)
+        waiting = {remote.remote(wanted, sent, item): item for item in items}
+        for _, ref in finished(waiting):
+            yield ray.get(ref)
+
+    return run
+
+
 def connect(address: str | None) -> None:
     """Connect this process to a cluster, unless it is connected."""
     if address is not None or not ray.is_initialized():
@@ -158,6 +179,12 @@ def check_build(wanted: str) -> None:
     if build() != wanted:
         node = ray.util.get_node_ip_address()
         raise RuntimeError(f"{node} has palmares {build()}, not {wanted}: install the same wheel everywhere")
+
+
+def _call(wanted: str, function: Callable[[Any], Any], item: Any) -> Any:
+    """Call a function in this worker."""
+    check_build(wanted)
+    return function(item)
 
 
 def _play(

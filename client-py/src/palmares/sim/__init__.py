@@ -11,7 +11,7 @@ part of the package, which the wheels contain.
 """
 
 try:
-    from palmares._native import Snapshot, faults, hand_numbers
+    from palmares._native import Snapshot, faults, hand_numbers, objects
     from palmares._native import describe_hand as native_describe_hand
     from palmares._native import identity as native_identity
     from palmares._native import welcome as native_welcome
@@ -91,12 +91,15 @@ TASKS = tuple(task.name for task in _GREETING.tasks)
 """Names of the tasks that come with the program"""
 HANDS = tuple(hand.name for hand in _GREETING.hands)
 """Names of the hands that come with the program"""
+OBJECTS = tuple(objects())
+"""Names of the objects of the catalogue"""
 FAULTS = dict(faults())
 """Causes of a world's failure: each `fault` of a `palmares.WorldFaultError`, its meaning and remedies"""
 
 __all__ = [
     "FAULTS",
     "HANDS",
+    "OBJECTS",
     "TASKS",
     "Batch",
     "Identity",

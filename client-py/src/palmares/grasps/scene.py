@@ -1,0 +1,182 @@
+"""Scenes of the task `grasp` with one object in one of its poses at rest."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from palmares.arrays import Array, array
+from palmares.grasps.hand import Reach
+from palmares.grasps.surface import bounds, support
+from palmares.reproducible import atan2, cos, dots, matmul
+from palmares.rotation import matrix_of, quat_of, rot_z
+from palmares.scene import SceneBody
+from palmares.sim import Batch, World
+from palmares.training import Training
+
+DROPS = 48
+"""Number of drops that show how an object comes to rest"""
+RARE = 3
+"""A pose at rest is kept if this many drops end in it"""
+SAME_DEG = 8.0
+"""Poses at rest whose verticals differ by less are one, whatever the turn about the vertical"""
+ABOVE_M = 0.03
+"""Distance of the object's top from a hand that turns above it"""
+HIGH_M = 1.5
+"""Height of the hand over a dropped object"""
+
+TASK = """\
+# The task `grasp` with one object. `palmares grasps` wrote this file.
+name = {name}
+description = "Lift the object by 0.1 m, hold it for 2 s and through a shake: up to 10 points."
+tick_s = 0.01
+step_s = 0.001
+time_limit_s = 120.0
+
+[hand]
+position = {position}
+quat_xyzw = {quat}
+
+[ground]
+height = -0.74
+friction = 0.5
+color = [0.55, 0.57, 0.60]
+center = [0.0, 0.0]
+size = [3.0, 3.0]
+
+[[furniture]]
+name = "table"
+friction = 0.5
+color = [0.62, 0.50, 0.38]
+parts = [{{ position = [0.0, 0.0, -0.02], half_extents = [0.6, 0.6, 0.02] }}]
+
+[[regions]]
+name = "middle"
+min = [-0.4, -0.4, 0.0]
+max = [0.4, 0.4, 0.7]
+
+[objects]
+count = 1
+from = [{object}]
+
+{place}
+
+[rules]
+kind = "hold"
+lift_m = 0.1
+hold_s = 2.0
+slip_m = 0.03
+slow_s = 30.0
+shake = {{ amplitude_m = 0.02, frequency_hz = 3.5, axis_s = 1.0 }}
+points = {{ lifted = 1.0, held = 3.0, shaken = 3.0, firm = 2.0, quick = 1.0 }}
+"""
+SCATTER = """\
+[place.scatter]
+into = "middle"
+gap = 0.004
+
+[training.randomise]
+object_poses = { tilt_deg = 180.0 }"""
+FIXED = "[[place.fixed]]\nobject = {object}\nposition = {position}\nquat_xyzw = {quat}"
+
+
+@dataclass(frozen=True)
+class Pose:
+    """An object at rest on the table; its middle is above the origin."""
+
+    position: Array
+    """(3,), of the object's frame, m"""
+    quat: Array
+    """(4,), x y z w"""
+    share: float
+    """Part of all drops that ended so"""
+
+    @property
+    def rotation(self) -> Array:
+        """World from object, (3, 3)."""
+        return matrix_of(self.quat)
+
+
+def poses_at_rest(object_name: str, hand: str, folder: Path, most: int) -> list[Pose]:
+    """Drop an object many times; return at most `most` poses in which it came to rest, the commonest first.
+
+    Args:
+        object_name: Its name in the catalogue.
+        hand: Name of the hand, or the path of your own; it looks on from above.
+        folder: A folder in which the scene's file is written.
+        most: At least 1.
+
+    Raises:
+        ValueError: The object is not in the catalogue, or never comes to rest.
+
+    """
+    write_task(folder, object_name, SCATTER, array([0.0, 0.0, HIGH_M]), array([0.0, 1.0, 0.0, 0.0]))
+    batch = Batch(str(folder), hand, DROPS, training=Training(randomise=("object_poses",)))
+    rows = batch.reset(range(1, DROPS + 1))["objects"][:, 0]
+    body = World(str(folder), hand, seed=1).scene.free[0]
+    upward = array([matrix_of(row[3:7])[2] for row in rows])
+    left, groups = list(range(DROPS)), []
+    while left:
+        alike = dots(upward[left], upward[left[0]][None]) > cos(math.radians(SAME_DEG))
+        groups.append([row for row, same in zip(left, alike, strict=True) if same])
+        left = [row for row, same in zip(left, alike, strict=True) if not same]
+    groups.sort(key=len, reverse=True)
+    kept = [group for group in groups if len(group) >= RARE] or groups
+    return [_centred(body, rows[group[0]], len(group) / DROPS) for group in kept[:most]]
+
+
+def _centred(body: SceneBody, row: Array, share: float) -> Pose:
+    """Return a pose with the object's middle above the origin and its x axis towards the world's x."""
+    turn = matrix_of(row[3:7])
+    ahead = turn[:, 0] if abs(float(turn[2, 0])) < 0.9 else turn[:, 1]
+    turn = matmul(rot_z(-atan2(float(ahead[1]), float(ahead[0]))), turn)
+    low, high = bounds(body.parts)
+    middle = matmul(turn, 0.5 * (low + high))
+    return Pose(array([-middle[0], -middle[1], row[2]]), quat_of(turn), share)
+
+
+def top_of(body: SceneBody, pose: Pose) -> float:
+    """Return the height of an object's top, m."""
+    up = matmul(pose.rotation.T, array([0.0, 0.0, 1.0]))
+    return float(pose.position[2]) + max(support(part, up) for part in body.parts)
+
+
+def start_of(reach: Reach, top_m: float) -> tuple[Array, Array]:
+    """Return where the hand begins: position (3,) and quaternion (4,); its fingers point down."""
+    down = array([0.0, 0.0, -1.0])
+    side = array([1.0, 0.0, 0.0]) if abs(float(reach.fingers[0])) < 0.9 else array([0.0, 1.0, 0.0])
+    across = np.cross(reach.fingers, side)
+    across = across / np.sqrt(dots(across, across))
+    hand = np.column_stack([reach.fingers, across, np.cross(reach.fingers, across)])
+    world = np.column_stack([down, array([0.0, 1.0, 0.0]), np.cross(down, array([0.0, 1.0, 0.0]))])
+    rotation = matmul(world, hand.T)
+    return array([0.0, 0.0, top_m + ABOVE_M + reach.size_m]), quat_of(rotation)
+
+
+def write_scene(folder: Path, object_name: str, body: SceneBody, pose: Pose, reach: Reach) -> None:
+    """Write the task in which the object lies in a pose and the hand begins above it."""
+    place = FIXED.format(
+        object=json.dumps(object_name), position=_numbers(pose.position), quat=_numbers(pose.quat)
+    )
+    write_task(folder, object_name, place, *start_of(reach, top_of(body, pose)))
+
+
+def write_task(folder: Path, object_name: str, place: str, position: Array, quat: Array) -> None:
+    """Write a ``task.toml``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    text = TASK.format(
+        name=json.dumps("grasp_of_" + object_name)[:66],
+        object=json.dumps(object_name),
+        place=place,
+        position=_numbers(position),
+        quat=_numbers(quat),
+    )
+    (folder / "task.toml").write_text(text)
+
+
+def _numbers(vector: Array) -> str:
+    return "[" + ", ".join(repr(float(x)) for x in vector) + "]"
