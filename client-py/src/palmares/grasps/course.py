@@ -13,6 +13,8 @@ from palmares.grasps.sample import Candidates
 from palmares.reproducible import acos, dot, norm, sin
 
 TICK_S = 0.01
+TICKS = 2
+"""Ticks under each action; every phase has a whole number of actions"""
 SPEED = 1.2
 """Largest speed of the base between two places, m/s; the world's limit is 2 m/s"""
 TURN_SPEED = 2.6
@@ -37,7 +39,7 @@ class Course:
         self._keys = np.tile(start[:3], (count, STAY + 2, 1))
         self._quats = np.tile(start[3:], (count, 2, 1))
         self._angle = np.zeros(count)
-        self._ends = np.tile(np.arange(1, STAY + 2), (count, 1))
+        self._ends = np.tile(TICKS * np.arange(1, STAY + 2), (count, 1))
 
     def set(self, world: int, tries: Candidates, row: int) -> None:
         """Give a world its grasp."""
@@ -58,7 +60,7 @@ class Course:
             LIFT_TICKS,
             1_000_000,
         ]
-        self._ends[world] = np.cumsum(durations)
+        self._ends[world] = np.cumsum([TICKS * math.ceil(ticks / TICKS) for ticks in durations])
 
     def phase(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the phase of each world, (N,)."""
@@ -76,11 +78,11 @@ class Course:
         self._keys[worlds, STAY] = self._keys[worlds, STAY + 1] = at + array([0.0, 0.0, LIFT_M])
 
     def actions(self, ticks: NDArray[np.int64]) -> Array:
-        """Return the poses of the bases and σ of the motors for the next tick, (N, 7 + motors)."""
+        """Return the poses of the bases and σ of the motors for the next ticks, (N, 7 + motors)."""
         rows = np.arange(len(ticks))
         phase = self.phase(ticks)
         begin = np.where(phase > 0, self._ends[rows, phase - 1], 0)
-        share = (ticks + 1 - begin) / (self._ends[rows, phase] - begin)
+        share = (ticks + TICKS - begin) / (self._ends[rows, phase] - begin)
         x = np.clip(share, 0.0, 1.0)
         smooth = np.where(phase == MOVE, x, x * x * x * (10.0 + x * (6.0 * x - 15.0)))
         first, second = self._keys[rows, phase], self._keys[rows, phase + 1]

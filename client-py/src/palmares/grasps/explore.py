@@ -16,7 +16,7 @@ from palmares.arrays import Array, array
 from palmares.grasps.hand import Reach
 from palmares.grasps.play import FATES, Grip, Outcome, Table
 from palmares.grasps.sample import Candidates, candidates, joined, near
-from palmares.grasps.scene import Pose, write_scene
+from palmares.grasps.scene import Pose, Subject, write_scene
 from palmares.reproducible import acos, dots, matmul, norms
 from palmares.rotation import matrix_of, quat_of
 from palmares.scene import SceneBody
@@ -42,7 +42,7 @@ class Job:
     hand: str
     """Name of the hand, or the path of your own"""
     reach: Reach
-    object_name: str
+    subject: Subject
     body: SceneBody
     pose: Pose
     pose_number: int
@@ -120,8 +120,8 @@ def explore(job: Job, report: Callable[[int], None] | None = None) -> Explored:
     """Try the grasps of a job; call `report` with the number of new tries after each round."""
     with tempfile.TemporaryDirectory(prefix="palmares-grasps-") as name:
         folder = Path(name)
-        write_scene(folder, job.object_name, job.body, job.pose, job.reach)
-        generator = np.random.default_rng([job.seed, job.pose_number, *job.object_name.encode()])
+        write_scene(folder, job.subject, job.body, job.pose, job.reach)
+        generator = np.random.default_rng([job.seed, job.pose_number, *job.subject.name.encode()])
         tries, parents, outcomes = _rounds(job, folder, generator, report or (lambda _: None))
         kept = _kept(job, folder, tries, outcomes)
         text = (folder / "task.toml").read_text()
@@ -180,16 +180,17 @@ def _kept(job: Job, folder: Path, tries: Candidates, outcomes: list[Outcome]) ->
         drawn += np.array([it.fate == "kept" for it in _played(table, chosen)], dtype=np.int32)
     # The task's own step decides how the object is held; another step's, where it is not.
     grips = [next(it.grip for it in each if it.grip is not None) for each in zip(*again, strict=True)]
+    joints = len(grips[0].q) if grips else 0
     counts = [len(grip.links) for grip in grips]
-    bases = array([_inverse(grip.object_in_hand) for grip in grips], -1, 7)
+    bases = array([_inverse(grip.object_in_hand) for grip in grips]).reshape(len(grips), 7)
     survived = np.array([[it.fate == "kept" for it in each] for each in zip(*again, strict=True)], dtype=bool)
     survived = survived.reshape(-1, len(STEPS_MS))
     return Kept(
         np.array(rows, dtype=np.int32),
         bases,
-        array([grip.q for grip in grips]).reshape(len(grips), -1),
+        array([grip.q for grip in grips]).reshape(len(grips), joints),
         survived,
-        array([[it.points for it in each] for each in zip(*again, strict=True)], -1, len(STEPS_MS)),
+        array([[it.points for it in each] for each in zip(*again, strict=True)]).reshape(-1, len(STEPS_MS)),
         np.array([it.state_hash.encode() for it in again[0]], dtype="S16"),
         drawn,
         _qualities(job, grips),

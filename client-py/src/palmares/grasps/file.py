@@ -20,7 +20,7 @@ from palmares.arrays import array
 from palmares.grasps.explore import STEPS_MS, Explored, Kept, Tries
 from palmares.grasps.hand import Reach
 from palmares.grasps.play import FATES
-from palmares.grasps.scene import Pose
+from palmares.grasps.scene import Pose, Subject
 from palmares.reproducible import total
 from palmares.scene import SceneBody
 from palmares.sim import identity
@@ -72,7 +72,12 @@ class GraspFile:
     def __init__(self, path: Path, settings: Settings | None = None, reach: Reach | None = None) -> None:
         self.path = path
         begun = path.exists() and path.stat().st_size > 0
-        self._file = h5py.File(path, "r" if settings is None else "a")
+        try:
+            self._file = h5py.File(path, "r" if settings is None else "a")
+        except OSError as error:
+            raise OSError(
+                f"{path}: it is no file of `palmares grasps`, or another process has it: {error}"
+            ) from None
         try:
             if settings is None or begun:
                 self._check(settings)
@@ -127,9 +132,12 @@ class GraspFile:
         """Return an object with its shapes, in a frame of its own."""
         return msgspec.json.decode(self._group(name).attrs["body"], type=SceneBody)
 
-    def add_object(self, name: str, body: SceneBody, poses: list[Pose]) -> None:
+    def add_object(self, subject: Subject, body: SceneBody, poses: list[Pose]) -> None:
         """Add an object with its poses at rest."""
-        group = self._file["objects"].create_group(name)
+        group = self._file["objects"].create_group(subject.name)
+        group.attrs["own"] = subject.own
+        for name, contents in subject.files:
+            group[f"files/{name}"] = np.frombuffer(contents, dtype=np.uint8)
         group.attrs["body"] = msgspec.json.encode(body).decode()
         group.attrs["mass_kg"], group.attrs["friction"] = body.mass, body.friction
         group["pose_position"] = array([pose.position for pose in poses])
@@ -137,13 +145,26 @@ class GraspFile:
         group["pose_share"] = array([pose.share for pose in poses])
         self._file.flush()
 
+    def files(self, name: str) -> tuple[tuple[str, bytes], ...]:
+        """Return the files of an object of one's own: path in the folder of its scene, contents."""
+        found: list[tuple[str, bytes]] = []
+
+        def visit(path: str, item: Any) -> None:
+            if isinstance(item, h5py.Dataset):
+                found.append((path, item[:].tobytes()))
+
+        group = self._group(name)
+        if "files" in group:
+            group["files"].visititems(visit)
+        return tuple(found)
+
     def is_done(self, name: str, pose: int) -> bool:
         """Whether all tries of an object in a pose are there."""
         return f"objects/{name}/pose_{pose}" in self._file
 
     def add(self, found: Explored) -> None:
         """Add what a job found; it is there as a whole or not at all."""
-        objects = self._file[f"objects/{found.job.object_name}"]
+        objects = self._file[f"objects/{found.job.subject.name}"]
         name = f"pose_{found.job.pose_number}"
         group = objects.create_group("_" + name)
         group.attrs["scene"] = found.scene

@@ -15,10 +15,9 @@ from palmares.evaluate.workers import cores
 from palmares.grasps.explore import Explored, Job, explore
 from palmares.grasps.file import GraspFile, Settings
 from palmares.grasps.hand import reach_of
-from palmares.grasps.scene import Pose, poses_at_rest
+from palmares.grasps.scene import Pose, Subject, poses_at_rest, subjects_of
 from palmares.scene import SceneBody
-from palmares.sim import World, hand_numbers
-from palmares.training import Training
+from palmares.sim import World, describe_hand
 
 Pool: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Any]], Iterator[Any]]
 """Calls a function with each of some arguments and yields the results, in any order"""
@@ -47,7 +46,7 @@ def make(
 
     Args:
         hand: Name of the hand, or the path of your own.
-        objects: Names of the catalogue.
+        objects: Names of the catalogue, and folders of tasks, for all of their own objects.
         path: The file.
         tries: Number of tries of each object, over all its poses.
         poses: Most poses at rest of each object, the commonest first.
@@ -65,21 +64,22 @@ def make(
         OSError: The file cannot be written.
 
     """
+    subjects = [subject for text in dict.fromkeys(objects) for subject in subjects_of(text)]
     reach = reach_of(hand, opened, closed)
-    uncertain = bool(hand_numbers("grasp", hand, Training(randomise=("hand",))))
+    uncertain = bool(describe_hand(hand).get("uncertain"))
     drawn = (DRAWN_HANDS if uncertain else 0) if drawn_hands is None else drawn_hands
     if drawn and not uncertain:
         raise ValueError(f"drawn_hands: found {drawn}; {reach.name} has no [uncertain], so wanted 0")
     settings = Settings(hand, reach.opened.tolist(), reach.closed.tolist(), tries, poses, drawn, seed)
-    names = list(dict.fromkeys(objects))
     run = pool or processes()
     with GraspFile(Path(path), settings, reach) as file:
-        missing = [(hand, name, poses) for name in names if file.poses(name) is None]
-        for name, body, found in run(_prepare, missing):
-            file.add_object(name, body, found)
+        missing = [(hand, subject, poses) for subject in subjects if file.poses(subject.name) is None]
+        for subject, body, found in run(_prepare, missing):
+            file.add_object(subject, body, found)
         jobs = []
         there = 0
-        for name in names:
+        for subject in subjects:
+            name = subject.name
             at_rest = file.poses(name) or []
             for number, pose in enumerate(at_rest):
                 count = math.ceil(tries / len(at_rest))
@@ -87,7 +87,7 @@ def make(
                     there += count
                 else:
                     body = file.body(name)
-                    jobs.append(Job(hand, reach, name, body, pose, number, count, drawn, seed))
+                    jobs.append(Job(hand, reach, subject, body, pose, number, count, drawn, seed))
         if on_planned is not None:
             on_planned(there, there + sum_of(job.tries for job in jobs))
         for explored in run(explore, jobs):
@@ -123,9 +123,9 @@ def processes(count: int | None = None) -> Pool:
     return run
 
 
-def _prepare(item: tuple[str, str, int]) -> tuple[str, SceneBody, list[Pose]]:
+def _prepare(item: tuple[str, Subject, int]) -> tuple[Subject, SceneBody, list[Pose]]:
     """Return an object's description and its poses at rest."""
-    hand, name, most = item
+    hand, subject, most = item
     with tempfile.TemporaryDirectory(prefix="palmares-grasps-") as folder:
-        found = poses_at_rest(name, hand, Path(folder), most)
-        return name, World(folder, hand, seed=1).scene.free[0], found
+        found = poses_at_rest(subject, hand, Path(folder), most)
+        return subject, World(folder, hand, seed=1).scene.free[0], found

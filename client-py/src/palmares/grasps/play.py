@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palmares._native import Snapshot
 from palmares.arrays import Array, array
-from palmares.grasps.course import COME, Course
+from palmares.grasps.course import COME, TICKS, Course
 from palmares.grasps.hand import Reach
 from palmares.grasps.sample import Candidates
 from palmares.reproducible import matmul
@@ -33,7 +33,7 @@ LIFTED, HELD, SHAKEN = 1.0, 4.0, 7.0
 FATES = ("kept", "missed", "dropped", "slipped", "shaken_off", "fault")
 """kept through the shake; never lifted; lifted and lost; not held still for two seconds; lost in the shake;
 the world faulted"""
-MOST_CONTACTS = 128
+MOST_CONTACTS = 48
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,8 @@ class Table:
             actions = course.actions(ticks)
             if actions_of_first is not None:
                 actions_of_first.append(actions[0].copy())
-            stepped = batch.step(actions, 1, row >= 0)
-            ticks += 1
+            stepped = batch.step(actions, TICKS, row >= 0)
+            ticks += TICKS
             seen, scores, over = stepped.observations, batch.scores, stepped.terminated | stepped.truncated
             phase = course.phase(ticks)
             moved = np.abs(seen["objects"][:, 0, :3] - at_rest).max(axis=1) > MOVED_M

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palmares.arrays import Array
+from palmares.grasps.course import TICKS
 from palmares.grasps.file import GraspFile
 from palmares.grasps.play import Outcome, Table
 from palmares.grasps.sample import Candidates
@@ -53,6 +54,9 @@ def replay(
         )
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "task.toml").write_text(file.scene(name, pose))
+    for path, contents in file.files(name):
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_bytes(contents)
     row = slice(int(kept.row[grasp]), int(kept.row[grasp]) + 1)
     one = Candidates(tries.base[row, :3], tries.base[row, 3:], tries.approach[row])
     hand = file.settings.hand
@@ -67,5 +71,5 @@ def replay(
 def _write(folder: Path, hand: str, actions: list[Array]) -> None:
     world = World(str(folder), hand, seed=1)
     for action in actions:
-        world.step(base=action[:7], hand=action[7:])
+        world.step(base=action[:7], hand=action[7:], repeat=TICKS)
     world.save_replay(folder / "run.mcap")

@@ -6,16 +6,18 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from palmares import own_task
 from palmares.arrays import Array, array
 from palmares.grasps.hand import Reach
 from palmares.grasps.surface import bounds, support
 from palmares.reproducible import atan2, cos, dots, matmul
 from palmares.rotation import matrix_of, quat_of, rot_z
 from palmares.scene import SceneBody
-from palmares.sim import Batch, World
+from palmares.sim import OBJECTS, Batch, World
 from palmares.training import Training
 
 DROPS = 48
@@ -63,6 +65,8 @@ max = [0.4, 0.4, 0.7]
 count = 1
 from = [{object}]
 
+{own}
+
 {place}
 
 [rules]
@@ -85,6 +89,17 @@ FIXED = "[[place.fixed]]\nobject = {object}\nposition = {position}\nquat_xyzw = 
 
 
 @dataclass(frozen=True)
+class Subject:
+    """An object to grasp: of the catalogue, or one's own."""
+
+    name: str
+    own: str = ""
+    """Its table ``[[objects.own]]`` as TOML; empty for one of the catalogue"""
+    files: tuple[tuple[str, bytes], ...] = ()
+    """Files that the table names: path in the folder, contents"""
+
+
+@dataclass(frozen=True)
 class Pose:
     """An object at rest on the table; its middle is above the origin."""
 
@@ -101,20 +116,64 @@ class Pose:
         return matrix_of(self.quat)
 
 
-def poses_at_rest(object_name: str, hand: str, folder: Path, most: int) -> list[Pose]:
+def subjects_of(text: str) -> list[Subject]:
+    """Return the objects that a word names: one of the catalogue, or all of a task's own.
+
+    Args:
+        text: A name of the catalogue, or the path of a task's folder or its ``task.toml``.
+
+    Raises:
+        ValueError: There is no such object, or the task has none of its own.
+
+    """
+    if text in OBJECTS:
+        return [Subject(text)]
+    path = Path(text)
+    file = path / "task.toml" if path.is_dir() else path
+    if file.suffix != ".toml" or not file.is_file():
+        raise ValueError(
+            f"objects: found {text!r}; wanted a name of `palmares objects`, such as 025_mug, or the folder "
+            "of a task with [[objects.own]]"
+        )
+    found = []
+    for own in own_task.read(file).get("objects", {}).get("own", []):
+        table = {key: value for key, value in own.items() if key != "parts"}
+        parts = [_inline(part) for part in own.get("parts", [])]
+        lines = [f"{key} = {_inline(value)}" for key, value in table.items()]
+        lines += [f"parts = [{', '.join(parts)}]"] if parts else []
+        named = (
+            [own["urdf"]] if "urdf" in own else [it["file"] for it in own.get("parts", []) if "file" in it]
+        )
+        files = tuple((name, (file.parent / name).read_bytes()) for name in named)
+        found.append(Subject(str(own.get("name")), "\n".join(["[[objects.own]]", *lines]), files))
+    if not found:
+        raise ValueError(f"objects: {file} has no [[objects.own]]")
+    return found
+
+
+def _inline(value: Any) -> str:
+    """Return a value as TOML in one line."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_inline(it)}" for key, it in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_inline, value)) + "]"
+    return json.dumps(value)
+
+
+def poses_at_rest(subject: Subject, hand: str, folder: Path, most: int) -> list[Pose]:
     """Drop an object many times; return at most `most` poses in which it came to rest, the commonest first.
 
     Args:
-        object_name: Its name in the catalogue.
+        subject: The object.
         hand: Name of the hand, or the path of your own; it looks on from above.
         folder: A folder in which the scene's file is written.
         most: At least 1.
 
     Raises:
-        ValueError: The object is not in the catalogue, or never comes to rest.
+        ValueError: The object cannot be read, or never comes to rest.
 
     """
-    write_task(folder, object_name, SCATTER, array([0.0, 0.0, HIGH_M]), array([0.0, 1.0, 0.0, 0.0]))
+    write_task(folder, subject, SCATTER, array([0.0, 0.0, HIGH_M]), array([0.0, 1.0, 0.0, 0.0]))
     batch = Batch(str(folder), hand, DROPS, training=Training(randomise=("object_poses",)))
     rows = batch.reset(range(1, DROPS + 1))["objects"][:, 0]
     body = World(str(folder), hand, seed=1).scene.free[0]
@@ -157,25 +216,30 @@ def start_of(reach: Reach, top_m: float) -> tuple[Array, Array]:
     return array([0.0, 0.0, top_m + ABOVE_M + reach.size_m]), quat_of(rotation)
 
 
-def write_scene(folder: Path, object_name: str, body: SceneBody, pose: Pose, reach: Reach) -> None:
+def write_scene(folder: Path, subject: Subject, body: SceneBody, pose: Pose, reach: Reach) -> None:
     """Write the task in which the object lies in a pose and the hand begins above it."""
     place = FIXED.format(
-        object=json.dumps(object_name), position=_numbers(pose.position), quat=_numbers(pose.quat)
+        object=json.dumps(subject.name), position=_numbers(pose.position), quat=_numbers(pose.quat)
     )
-    write_task(folder, object_name, place, *start_of(reach, top_of(body, pose)))
+    write_task(folder, subject, place, *start_of(reach, top_of(body, pose)))
 
 
-def write_task(folder: Path, object_name: str, place: str, position: Array, quat: Array) -> None:
-    """Write a ``task.toml``."""
+def write_task(folder: Path, subject: Subject, place: str, position: Array, quat: Array) -> None:
+    """Write a ``task.toml`` and the files of its object."""
     folder.mkdir(parents=True, exist_ok=True)
     text = TASK.format(
-        name=json.dumps("grasp_of_" + object_name)[:66],
-        object=json.dumps(object_name),
+        name=json.dumps(f"grasp_of_{subject.name}"[:64]),
+        object=json.dumps(subject.name),
+        own=subject.own,
         place=place,
         position=_numbers(position),
         quat=_numbers(quat),
     )
     (folder / "task.toml").write_text(text)
+    for name, contents in subject.files:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(contents)
 
 
 def _numbers(vector: Array) -> str:

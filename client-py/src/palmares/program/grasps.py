@@ -59,9 +59,6 @@ def _make(arguments: list[str]) -> int:
     from palmares.grasps import making
     from palmares.sim import OBJECTS
 
-    unknown = [name for name in options.objects if name not in OBJECTS]
-    if unknown:
-        raise ValueError(f"objects: found {unknown[0]!r}; wanted names of `palmares objects`, as 025_mug")
     names = list(OBJECTS) if options.all else options.objects
     if not names:
         raise ValueError("objects: found none; wanted names of `palmares objects`, or --all")
@@ -80,7 +77,7 @@ def _make(arguments: list[str]) -> int:
         def on_found(found: Explored) -> None:
             bar.update(found.job.tries)
             kept = int(found.kept.survived[:, 0].sum())
-            bar.write(f"{found.job.object_name}, pose {found.job.pose_number}: {kept} kept", file=sys.stderr)
+            bar.write(f"{found.job.subject.name}, pose {found.job.pose_number}: {kept} kept", file=sys.stderr)
 
         try:
             making.make(
@@ -167,7 +164,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("hand", metavar="HAND", help="name of a hand, or the path of your own")
     parser.add_argument(
-        "objects", nargs="*", metavar="OBJECT", help="names of the catalogue: `palmares objects`"
+        "objects",
+        nargs="*",
+        metavar="OBJECT",
+        help="names of `palmares objects`, or folders of tasks with objects of their own",
     )
     parser.add_argument("--all", action="store_true", help="all objects of the catalogue")
     parser.add_argument("--out", type=output_file, required=True, metavar="FILE", help="the file, HDF5")
