@@ -18,6 +18,8 @@ from palmares.skills.recipes import RECIPES
 
 POSTURES = 9
 """Postures of the hand from opened to closed"""
+LAST = 6
+"""The first of them whose fingers are too closed to begin to hold an object"""
 POWERS = 64
 """Multiplications that find the principal direction"""
 RIM = 8
@@ -43,8 +45,8 @@ class Reach:
     """(3,), unit vector along which fingertips close against each other"""
     opening_m: float
     """Largest distance of two opened fingertips along `across`, m"""
-    centre: Array
-    """(3,), middle of the fingertips when the fingers are half closed, m"""
+    centres: Array
+    """(k, 3), middle of the fingertips in postures from slightly to more than half closed, m"""
     points: Array
     """(n, 3), points whose balls of radius `radii` contain the opened hand's lowest parts, m"""
     radii: Array
@@ -114,7 +116,7 @@ def reach_of(
         one_sided,
         across,
         float(spread.max() - spread.min()),
-        mean(ways[POSTURES // 2]),
+        array([mean(way) for way in ways[1:LAST]]),
         points,
         radii,
     )

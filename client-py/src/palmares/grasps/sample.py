@@ -13,7 +13,7 @@ from palmares.arrays import Array, array
 from palmares.grasps.hand import Reach
 from palmares.grasps.scene import Pose
 from palmares.grasps.surface import across, chords, directions, points_on
-from palmares.reproducible import cos, dots, matmul, norms, sin
+from palmares.reproducible import cos, dots, matmul, mean, norms, sin
 from palmares.rotation import matrix_of, quat_of
 from palmares.scene import SceneBody
 
@@ -93,10 +93,9 @@ def near(reach: Reach, tries: Candidates, rows: Sequence[int], generator: np.ran
     before = array([matrix_of(quat) for quat in parts.quat]).reshape(-1, 3, 3)
     rotation = products(turned, before)
     approach = products(turned, parts.approach[:, :, None])[:, :, 0]
-    middle = (
-        parts.position + matmul(before, reach.centre) + NEAR_M * (2.0 * generator.random((count, 3)) - 1.0)
-    )
-    position = middle - matmul(rotation, reach.centre)
+    centre = mean(reach.centres)
+    moved = NEAR_M * (2.0 * generator.random((count, 3)) - 1.0)
+    position = parts.position + matmul(before, centre) + moved - matmul(rotation, centre)
     position[:, 2] += np.maximum(0.0, FREE_M - (position[:, 2] + reach.lowest(rotation)))
     return Candidates(position, array([quat_of(it) for it in rotation]).reshape(-1, 4), approach)
 
@@ -127,7 +126,7 @@ def _from_surface(
     depth = DEEPEST_M * generator.random(count)
     hand_way = array([cos(s) * reach.fingers + sin(s) * reach.palm for s in share.tolist()])
     rotation = products(_frames(approach, turn), np.swapaxes(_frames(hand_way, np.zeros(count)), 1, 2))
-    return _placed(reach, points + depth[:, None] * approach, rotation, approach)
+    return _placed(reach, points + depth[:, None] * approach, rotation, approach, generator)
 
 
 def _across_chords(
@@ -153,12 +152,15 @@ def _across_chords(
         [np.tile(reach.across, (len(rows), 1)), hand_way, np.cross(reach.across[None], hand_way)], axis=2
     )
     rotation = products(world, np.swapaxes(hand, 1, 2))
-    return _placed(reach, middle + back[:, None] * approach, rotation, approach)
+    return _placed(reach, middle + back[:, None] * approach, rotation, approach, generator)
 
 
-def _placed(reach: Reach, middle: Array, rotation: Array, approach: Array) -> Candidates:
-    """Return the grasps with the middle of the fingers at `middle` (n, 3) that are free of the table."""
-    position = middle - matmul(rotation, reach.centre)
+def _placed(
+    reach: Reach, middle: Array, rotation: Array, approach: Array, generator: np.random.Generator
+) -> Candidates:
+    """Return the grasps, free of the table, with `middle` (n, 3) between the fingertips of a posture."""
+    centres = reach.centres[generator.integers(len(reach.centres), size=len(middle))]
+    position = middle - products(rotation, centres[:, :, None])[:, :, 0]
     raised = np.maximum(0.0, FREE_M - (position[:, 2] + reach.lowest(rotation)))
     position[:, 2] += raised
     rows = np.flatnonzero((raised <= RAISED_M) & (approach[:, 2] <= FROM_BELOW))
