@@ -115,9 +115,19 @@ pub fn import_source(source: &Source, options: &ImportOptions) -> Result<Importe
         Err(error) => log.problem(At::Hand, "hand", format!("does not load yet: {error}")),
     }
     let files = write(&hand, &log, format, options);
+    let tendon_lines = write::tendon_lines::lines(&hand, &fingers(&hand, format, options));
     let name = hand.draft.name.clone();
     let description = source.display(&file);
-    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings })
+    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings, tendon_lines })
+}
+
+/// Fingers over which lines for tendons are written: Klamp't's format has no tendons.
+fn fingers<'a>(
+    hand: &'a complete::Complete,
+    format: Format,
+    options: &ImportOptions,
+) -> Vec<complete::Finger<'a>> {
+    if format == Format::Klampt && !options.template { complete::fingers(hand) } else { Vec::new() }
 }
 
 fn write(
@@ -130,7 +140,11 @@ fn write(
     let head = format!("Imported from {file} ({}) by palmares {}.", format.name(), env!("CARGO_PKG_VERSION"));
     let (mut in_urdf, mut in_settings) = write::Comments::split(log, hand);
     let urdf = write::urdf::urdf(hand, &head, &mut in_urdf);
-    let mut settings = write::settings::settings(hand, &head, &mut in_settings);
+    let fingers = fingers(hand, format, options);
+    let mut settings = write::settings::settings(hand, &fingers, &head, &mut in_settings);
+    if let Some(lines) = write::tendon_lines::lines(hand, &fingers) {
+        settings += &write::tendon_lines::commented(&lines);
+    }
     if options.template {
         settings += &write::settings::template(hand);
     }

@@ -181,6 +181,17 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
             );
         }
     }
+    if let Some(lines) = &hand.tendon_lines {
+        let _ = writeln!(
+            out,
+            "\nTendons: the format has none, so each joint has a servo. These lines of hand.toml make one tendon of each finger's\njoints. \
+             They are comments at the end of {folder}/hand.toml; put them in place of all from the line\n\
+             '# Servos of the fingers' on.\n"
+        );
+        for line in lines.lines() {
+            let _ = writeln!(out, "{}", format!("  {}", printable(line)).trim_end());
+        }
+    }
     let meshes = hand.files.keys().filter(|path| path.starts_with("meshes")).count();
     let _ = writeln!(out, "\nWritten to {folder}: hand.urdf, hand.toml, {meshes} meshes");
     let problems = hand.problems().count();

@@ -60,7 +60,7 @@ pub fn from_source(source: &Source, target: ExportTarget) -> Result<Imported, Im
         }
     };
     let (name, description) = (loaded.name, source.display(&file));
-    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings })
+    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings, tendon_lines: None })
 }
 
 /// The files as an import writes them, and the hand that they give.

@@ -1,6 +1,7 @@
 //! Imports of small descriptions that use the features of published ones.
 
 mod couplings;
+mod fingers;
 mod gaps;
 mod graspit;
 mod hostile;
