@@ -9,6 +9,7 @@
 //!
 //! `hand-import/src/export/` writes a hand of Palmares in other formats.
 
+mod arm;
 mod complete;
 pub mod decision;
 pub mod draft;
@@ -31,7 +32,7 @@ use std::path::{Path, PathBuf};
 use palmares_models::measure::HandLimits;
 use palmares_models::read::{Files, LoadOptions, Loaded, from_files};
 
-use crate::decision::{At, Log};
+use crate::decision::{At, DecisionKind, Log};
 use crate::error::ImportError;
 use crate::source::Source;
 
@@ -56,7 +57,7 @@ pub fn mesh_triangles(path: &Path) -> Result<Vec<[palmares_models::Vec3; 3]>, Im
 /// Imports the hand in a folder, an archive or a file.
 ///
 /// # Errors
-/// The source gives no hand at all. Smaller faults are decisions of kind [`decision::DecisionKind::Problem`].
+/// The source gives no hand at all. Smaller faults are decisions of kind [`DecisionKind::Problem`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
     import_source(&Source::open(path)?, options)
 }
@@ -87,6 +88,11 @@ pub fn import_source(source: &Source, options: &ImportOptions) -> Result<Importe
             "has {links} links and {joints} joints; a hand has at most {limit} of each; --root LINK takes a part"
         );
         return Err(ImportError::unreadable(source.display(&file), problem));
+    }
+    if options.root.is_none()
+        && let Some(text) = arm::hint(&draft)
+    {
+        log.first(DecisionKind::Guessed, At::Hand, "robot", text);
     }
     let mut hand = complete::complete(draft, source, options, &mut log);
     // The loader and the limits judge the written files. Their findings go into the comments as well.

@@ -1,5 +1,6 @@
 //! Imports of small descriptions that use the features of published ones.
 
+mod arm;
 mod couplings;
 mod fingers;
 mod gaps;
