@@ -45,7 +45,7 @@ impl Imported {
 }
 
 /// Writes files into a folder, which must not exist unless `force` is set.
-fn write_files(
+pub(crate) fn write_files(
     files: &BTreeMap<PathBuf, Vec<u8>>,
     folder: &Path,
     force: bool,

@@ -7,7 +7,7 @@
 //! 3. `hand-import/src/complete/` fills the gaps of a draft, `hand-import/src/meshes/` converts meshes.
 //! 4. `hand-import/src/write/` writes the files; each decision is a comment in one of them.
 //!
-//! `hand-import/src/export/` writes a hand of Palmares in other formats.
+//! `hand-import/src/export/` writes a hand of Palmares in other formats. `hand-import/src/world/` makes a task of a Klamp't world.
 
 mod arm;
 mod complete;
@@ -23,6 +23,7 @@ mod options;
 mod read;
 pub mod source;
 mod subtree;
+mod world;
 mod write;
 mod xml;
 
@@ -39,6 +40,7 @@ use crate::source::Source;
 pub use crate::imported::Imported;
 pub use crate::options::ImportOptions;
 pub use crate::read::Format;
+pub use crate::world::{ImportedWorld, import_world};
 
 /// Links and joints of a robot; more than those of a hand, as some are left out.
 const MAX_LINKS: usize = 1024;

@@ -28,7 +28,7 @@ pub(super) fn recognised(text: &str, file: &Glance<'_>) -> Option<String> {
         let objects = names(&document, "rigidobject");
         let terrains = names(&document, "terrain");
         return Some(format!(
-            "is a world of Klamp't with {}, {} and {}: name the file of one robot; objects and terrains become a task by its task.toml",
+            "is a world of Klamp't with {}, {} and {}: name the file of one robot; `palmares task import` makes a task of objects and terrains",
             listed("robots", &files(&document)),
             listed("objects", &objects),
             listed("terrains", &terrains)

@@ -7,7 +7,7 @@ pub(crate) mod content;
 pub(crate) mod element;
 mod foreign;
 mod graspit;
-mod klampt;
+pub(crate) mod klampt;
 mod mjcf;
 pub(crate) mod reading;
 mod sdf;
