@@ -9,6 +9,7 @@ mod hostile;
 mod klampt;
 mod meshes;
 mod mjcf;
+mod openrave;
 mod round_trip;
 mod urdf;
 mod xacro;
