@@ -154,8 +154,7 @@ fn rotations_are_about_the_axes_of_the_world_in_klampts_order() {
         near(pose.rotation * Vec3::X, Vec3::Y, 1e-3);
         near(pose.rotation * Vec3::Y, Vec3::Z, 1e-3);
     }
-    let made =
-        Source::new(&format!("{PLANE}{}", brick("rotateMoment='0 0 0.5'", "")), &PLANE_FILES).task();
+    let made = Source::new(&format!("{PLANE}{}", brick("rotateMoment='0 0 0.5'", "")), &PLANE_FILES).task();
     let pose = made.pose("brick");
     near(pose.rotation * Vec3::X, Vec3::new(0.5f64.cos(), 0.5f64.sin(), 0.0), 1e-3);
 }
@@ -231,6 +230,11 @@ fn terrains_of_boxes_are_furniture() {
     assert_eq!((piece.name.as_str(), piece.parts.len()), ("table", 2));
     near(Vec3::from_array(piece.parts[0].position), Vec3::new(0.1, 0.0, 0.2), 1e-12);
     near(Vec3::from_array(piece.parts[1].half_extents), Vec3::new(0.3, 0.05, 0.01), 1e-12);
+    assert!(
+        !made.world.decisions.iter().any(|d| d.text.contains("surfaces;")),
+        "the ground is none: {:?}",
+        made.world.decisions
+    );
     // It began in the air above the table, below the shelf.
     made.has(DecisionKind::Taken, "brick", "begins 0.200 m above");
     near(made.pose("brick").translation, Vec3::new(0.1, 0.0, 0.4), 2e-3);
@@ -272,6 +276,45 @@ fn what_a_task_has_no_place_for_is_a_line_each() {
     for decision in &made.world.decisions {
         assert!(text.contains(&decision.text), "no comment has: {decision}");
     }
+}
+
+#[test]
+fn a_surface_that_is_no_ground_gets_a_thickness() {
+    // A level one of 0.4 m, which is furniture, and one that stands.
+    let plate = "4\n0 0 0\n0 0.4 0\n0.4 0 0\n0.4 0.4 0\n2\n0 2 1\n1 2 3\n";
+    let files = [PLANE_FILES[0], PLANE_FILES[1], ("plate.tri", plate)];
+    let plates = "<terrain name='level' file='plate.tri' position='0 0 0.3'/>\
+        <terrain name='wall' file='plate.tri' rotateX='1.57' position='0 1 0'/>";
+    let made = Source::new(&format!("{PLANE}{plates}{}", brick("position='0.1 0.1 0.3'", "")), &files).task();
+    made.has(DecisionKind::Guessed, "'level'", "1 of its parts are surfaces");
+    let [level, wall] = [0, 1].map(|k| made.task.furniture[k].parts[0].clone());
+    near(Vec3::from_array(level.position), Vec3::new(0.2, 0.2, 0.295), 1e-12);
+    near(Vec3::from_array(wall.half_extents), Vec3::new(0.2, 0.005, 0.2), 1e-3);
+    near(Vec3::from_array(wall.position), Vec3::new(0.2, 1.0, 0.2), 1e-3);
+    near(made.pose("brick").translation, Vec3::new(0.1, 0.1, 0.3), 2e-3);
+}
+
+#[test]
+fn limits_of_a_task_are_kept() {
+    let many: String = (0..201)
+        .map(|k| brick(&format!("position='{} {} 0'", 0.1 * f64::from(k % 15), 0.1 * f64::from(k / 15)), ""))
+        .collect();
+    let far =
+        "<rigidObject name='far' position='0 0 11'><geometry mesh='cube.off' scale='0.1'/></rigidObject>";
+    let rough = "<terrain name='rough' file='cube.off' scale='0.1' position='-1 0 0' kFriction='-2'/>";
+    let world = Source::new(&format!("{PLANE}{far}{rough}{many}"), &PLANE_FILES).import();
+    for (element, words) in [
+        ("world", "has 201 objects"),
+        ("'far'", "within 10 m"),
+        ("'rough'", "kFriction is -2; valid: 0 to 1000"),
+    ] {
+        let found = world.problems().any(|d| d.element.contains(element) && d.text.contains(words));
+        assert!(found, "{words}: {:?}", world.decisions);
+    }
+    let text = String::from_utf8(world.files[Path::new("task.toml")].clone()).expect("text");
+    assert_eq!(text.matches("[[objects.own]]").count(), 200);
+    // Names of equal ones differ, and 64 goals are the most.
+    assert!(text.contains("name = \"brick_200\"") && text.matches("[[rules.goals]]").count() == 64);
 }
 
 #[test]

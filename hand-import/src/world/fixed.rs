@@ -53,8 +53,12 @@ pub(super) fn fixed(terrains: &[Body], objects: &[Body], log: &mut Log) -> Fixed
         })
         .collect();
     let ground = ground(terrains, &mut furniture, log).unwrap_or_else(|| below(&furniture, objects, log));
-    furniture.retain(|piece| !piece.boxes.is_empty());
-    for piece in &mut furniture {
+    for (piece, terrain) in furniture.iter_mut().zip(terrains) {
+        let plates = piece.boxes.iter().filter(|(low, high)| (*high - *low).min_element() == 0.0).count();
+        if plates > 0 {
+            let text = format!("{plates} of its parts are surfaces; they become {PLATE} m thick");
+            log.guessed(At::Hand, &terrain.element, text);
+        }
         // A surface gets a thickness: below it, or on both sides if it stands.
         for (low, high) in &mut piece.boxes {
             if high.z == low.z {
@@ -67,6 +71,7 @@ pub(super) fn fixed(terrains: &[Body], objects: &[Body], log: &mut Log) -> Fixed
             }
         }
     }
+    furniture.retain(|piece| !piece.boxes.is_empty());
     Fixed { ground, furniture }
 }
 
@@ -90,11 +95,6 @@ fn boxes(terrain: &Body, log: &mut Log) -> Vec<(Vec3, Vec3)> {
             shown(*high)
         );
         log.problem(At::Hand, &terrain.element, text);
-    }
-    let plates = found.iter().filter(|(low, high)| (*high - *low).min_element() == 0.0).count();
-    if plates > 0 {
-        let text = format!("{plates} of its parts are surfaces; as furniture they are {PLATE} m thick");
-        log.guessed(At::Hand, &terrain.element, text);
     }
     found
 }

@@ -16,6 +16,10 @@ const TOUCHING: f64 = 5e-4;
 
 /// The largest object that a task may have: its longest side in m, and kg.
 const LARGEST: (f64, f64) = (1.0, 20.0);
+/// Farthest place of an object along each axis, m.
+const FARTHEST: f64 = 10.0;
+/// Objects of a run.
+const MOST_OBJECTS: usize = 200;
 
 /// Leaves out what no object of a task can be, and puts the others down.
 pub(super) fn put_down(objects: &mut Vec<Body>, fixed: &Fixed, log: &mut Log) {
@@ -26,6 +30,12 @@ pub(super) fn put_down(objects: &mut Vec<Body>, fixed: &Fixed, log: &mut Log) {
         }
         None => true,
     });
+    if objects.len() > MOST_OBJECTS {
+        let text =
+            format!("has {} objects, a task at most {MOST_OBJECTS}: the others are left out", objects.len());
+        log.problem(At::Hand, "world", text);
+        objects.truncate(MOST_OBJECTS);
+    }
     let mut order: Vec<usize> = (0..objects.len()).collect();
     let bottom = |body: &Body| body.shape.bounds(&body.pose).0.z;
     order.sort_by(|&a, &b| bottom(&objects[a]).total_cmp(&bottom(&objects[b])));
@@ -76,6 +86,12 @@ fn refusal(body: &Body) -> Option<String> {
         let [x, y, z] = size.to_array();
         return Some(format!(
             "measures {x:.3} x {y:.3} x {z:.3} m, and an object at most {side} m; is its mesh in millimetres? <geometry scale=\"0.001\">"
+        ));
+    }
+    if body.pose.translation.abs().max_element() > FARTHEST {
+        return Some(format!(
+            "is at {} m; objects are within {FARTHEST} m along each axis",
+            body.pose.translation
         ));
     }
     let valid = body.mass > 0.0 && body.mass <= mass;

@@ -83,6 +83,17 @@ pub(super) fn read(world: &Element, source: &Source, file: &Path, log: &mut Log)
     for simulation in world.all("simulation") {
         reader.simulation(simulation, &mut scene);
     }
+    for body in scene.objects.iter_mut().chain(&mut scene.terrains) {
+        for (name, value, most) in
+            [("kFriction", &mut body.friction, 1e3), ("kRestitution", &mut body.restitution, 1.0)]
+        {
+            if !(0.0..=most).contains(value) {
+                let text = format!("{name} is {value}; valid: 0 to {most}; taken is the nearest");
+                reader.log.problem(At::Hand, &body.element, text);
+                *value = value.clamp(0.0, most);
+            }
+        }
+    }
     if !scene.objects.is_empty() {
         let text =
             "two surfaces of different friction have the geometric mean of both, in Klamp't the harmonic one";

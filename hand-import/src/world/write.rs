@@ -17,8 +17,6 @@ use crate::write::number;
 
 /// Goals that rules may have.
 const MOST_GOALS: usize = 64;
-/// Objects of a run.
-const MOST_OBJECTS: usize = 200;
 /// Height of the hand's base above the objects and the furniture around them, m: a hand reaches 0.3 m from its base.
 const ABOVE: f64 = 0.45;
 /// Furniture nearer than this to the middle of the objects is around them, m.
@@ -33,7 +31,6 @@ pub(super) fn files(
     fixed: &Fixed,
     log: &mut Log,
 ) -> BTreeMap<PathBuf, Vec<u8>> {
-    let objects = &objects[..objects.len().min(MOST_OBJECTS)];
     let mut files = BTreeMap::new();
     let own: Vec<String> = objects.iter().map(|body| object(body, &mut files, log)).collect();
     let (rules, count) = (goals(objects), objects.len().min(MOST_GOALS));
@@ -142,8 +139,8 @@ fn object(body: &Body, files: &mut BTreeMap<PathBuf, Vec<u8>>, log: &mut Log) ->
     let _ = writeln!(
         out,
         "friction = {}\nrestitution = {}\ncolor = {}\n",
-        number(body.friction.clamp(0.0, 1e3)),
-        number(body.restitution.clamp(0.0, 1.0)),
+        number(body.friction),
+        number(body.restitution),
         list(&body.color)
     );
     out
