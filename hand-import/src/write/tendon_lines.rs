@@ -60,12 +60,7 @@ fn reflex(fingers: &[(&str, &Finger<'_>)]) -> String {
          # The real hand has weaker springs and motors: those of the built-in hand `reflex`.\n[motors]\n",
     );
     for (name, _) in fingers {
-        let _ = writeln!(
-            out,
-            "{} = {{ scaling = {TRAVEL}, offset = {}, speed_limit = 1.0 }}",
-            key(name),
-            number(-REST / TRAVEL)
-        );
+        let _ = writeln!(out, "{} = {{ scaling = {TRAVEL}, speed_limit = 1.0 }}", key(name));
     }
     out.push_str("\n[coordinates]\n");
     for (proximal, distal) in fingers.iter().map(|(_, finger)| (finger.joints[0], finger.joints[1])) {
@@ -77,6 +72,7 @@ fn reflex(fingers: &[(&str, &Finger<'_>)]) -> String {
         let _ = writeln!(
             out,
             "\n[tendons.{name}]\nmotors = {{ {name} = 1 }}\njoints = {{ {proximal} = 1 }}\n\
+             rest = {REST}         # s at sigma = 0: just taut\n\
              stiffness = 300.0    # so stiff that its stretch does not count\n\
              force_limit = 10.0   # `torquemax` of the proximal joints 1 and 2\n\
              [tendons.{name}.da_vinci]\n\

@@ -124,7 +124,7 @@ fn the_lines_make_the_reflex_of_the_challenge() {
         }
         // Just taut where the springs rest.
         let motor = &hand.motors[cable.motors[0].0];
-        near(-motor.scaling * motor.offset, cable.length(&at(&hand, k, -0.34, 0.0)));
+        near(cable.rest - motor.scaling * motor.offset, cable.length(&at(&hand, k, -0.34, 0.0)));
     }
     for c in &hand.coordinates {
         let (stiffness, rest) = match c.name.split('_').next() {

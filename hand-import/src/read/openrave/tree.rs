@@ -80,7 +80,7 @@ pub(super) fn links_and_joints(model: Model, draft: &mut Draft, reading: &mut Re
         }
     }
     if !draft.actuators.is_empty() {
-        let text = format!("its {} joints that are active have a motor each", draft.actuators.len());
+        let text = format!("each of its active joints has a motor: {}", draft.actuators.len());
         reading.log.taken(At::Hand, "robot", text);
     }
     draft.exclusions.extend(model.adjacent);
