@@ -13,6 +13,7 @@ mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip inst
 from palmares import sim  # noqa: E402
 from palmares._native import main as program  # noqa: E402
 from palmares.analysis import Hand  # noqa: E402
+from palmares.arrays import Array  # noqa: E402
 from tests.test_export_mujoco import BUILT_IN, OWN  # noqa: E402
 
 POSTURES = 3
@@ -54,7 +55,7 @@ class Urdf:
             waiting = [joint for joint in waiting if joint.attrib["name"] not in found]
         return found
 
-    def move(self, hand: Hand, q: np.ndarray) -> np.ndarray:
+    def move(self, hand: Hand, q: Array) -> Array:
         """Move all joints to coordinates q, and return the derivatives of MuJoCo's by them."""
         slopes = np.zeros((self.model.nv, len(hand.coordinates)))
         for name, (leader, ratio, offset) in self.laws().items():
@@ -64,37 +65,45 @@ class Urdf:
         mujoco.mj_forward(self.model, self.data)
         return slopes
 
-    def mass_matrix(self, slopes: np.ndarray) -> np.ndarray:
+    def mass_matrix(self, slopes: Array) -> Array:
         """Return MuJoCo's mass matrix for the coordinates of the hand."""
         whole = np.zeros((self.model.nv, self.model.nv))
         mujoco.mj_fullM(self.model, self.data, whole)
-        return slopes.T @ whole @ slopes
+        reduced: Array = slopes.T @ whole @ slopes
+        return reduced
 
     @cache  # noqa: B019
-    def inertias(self, link: str) -> list[tuple[float, np.ndarray, np.ndarray]]:
-        """Return mass, centre of mass and inertia about it of a link and of those fixed to it, in its frame."""
+    def inertias(self, link: str) -> list[tuple[float, Array, Array]]:
+        """Return mass, centre of mass and inertia of a link and of those fixed to it, in its frame."""
         found = []
         place, turn = {link: np.zeros(3)}, {link: np.eye(3)}
         fixed = [joint for joint in self.robot.findall("joint") if joint.get("type") == "fixed"]
         for _ in range(len(fixed) + 1):
             for joint in fixed:
-                parent, child = (joint.find(tag).attrib["link"] for tag in ("parent", "child"))
-                if parent in place and child not in place:
+                parent, end = (child(joint, tag).attrib["link"] for tag in ("parent", "child"))
+                if parent in place and end not in place:
                     xyz, rotation = origin(joint)
-                    place[child], turn[child] = place[parent] + turn[parent] @ xyz, turn[parent] @ rotation
+                    place[end], turn[end] = place[parent] + turn[parent] @ xyz, turn[parent] @ rotation
         for element in self.robot.iter("link"):
             name, inertial = element.attrib["name"], element.find("inertial")
             if name not in place or inertial is None:
                 continue
             com, axes = origin(inertial)
-            mass, moments = float(inertial.find("mass").attrib["value"]), inertial.find("inertia").attrib
+            mass, moments = float(child(inertial, "mass").attrib["value"]), child(inertial, "inertia").attrib
             about = np.array([[float(moments["i" + "".join(sorted(a + b))]) for a in "xyz"] for b in "xyz"])
             axes = turn[name] @ axes
             found.append((mass, place[name] + turn[name] @ com, axes @ about @ axes.T))
         return found
 
 
-def origin(element: ElementTree.Element) -> tuple[np.ndarray, np.ndarray]:
+def child(element: ElementTree.Element, tag: str) -> ElementTree.Element:
+    """Return the child with this tag."""
+    found = element.find(tag)
+    assert found is not None, f"{element.attrib} has no <{tag}>"
+    return found
+
+
+def origin(element: ElementTree.Element) -> tuple[Array, Array]:
     """Return place and rotation of an element's <origin>."""
     found = element.find("origin")
     numbers = {} if found is None else found.attrib
@@ -103,7 +112,7 @@ def origin(element: ElementTree.Element) -> tuple[np.ndarray, np.ndarray]:
     return xyz, about(2, yaw) @ about(1, pitch) @ about(0, roll)
 
 
-def about(axis: int, angle: float) -> np.ndarray:
+def about(axis: int, angle: float) -> Array:
     """Return the rotation about an axis of the frame."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     rotation = np.eye(3)
@@ -112,7 +121,7 @@ def about(axis: int, angle: float) -> np.ndarray:
     return rotation
 
 
-def matrices(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def matrices(poses: Array) -> tuple[Array, Array]:
     """Return places and rotation matrices of poses, x y z and quaternion x y z w."""
     x, y, z, w = poses[:, 3:].T
     rows = [
@@ -123,7 +132,7 @@ def matrices(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return poses[:, :3], np.moveaxis(np.array(rows), 2, 0)
 
 
-def mass_matrix(hand: Hand, urdf: Urdf, q: np.ndarray) -> np.ndarray:
+def mass_matrix(hand: Hand, urdf: Urdf, q: Array) -> Array:
     """Return the mass matrix from the hand's poses: the sum of m Jv'Jv + Jw'I Jw over its links."""
     n = len(q)
     _, turned = matrices(hand.poses(q))

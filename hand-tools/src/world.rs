@@ -58,6 +58,11 @@ pub fn run(args: &WorldArgs) -> anyhow::Result<ExitCode> {
     let Some(name) = args.name.as_deref().or(folder) else {
         anyhow::bail!("{}: name the task with --name NAME", args.out.display());
     };
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    if !((1..=64).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.')) {
+        let valid = "1 to 64 letters, digits, '_', '-' and '.', the first no '.'";
+        anyhow::bail!("the task's name is '{}'; valid: {valid}; --name NAME states it", name.escape_debug());
+    }
     if Task::builtin_toml(name).is_some() {
         anyhow::bail!("`{name}` is a built-in task; choose another --name");
     }
@@ -76,7 +81,12 @@ pub fn run(args: &WorldArgs) -> anyhow::Result<ExitCode> {
     } else {
         write!(out, "{}", text(&world, &args.out.display().to_string()))?;
     }
-    let problems = world.problems().count();
+    // What no reader of a world can see, such as a mesh whose hull fills a hollow, is said by the task's own reader.
+    let loaded = Task::load(&args.out);
+    if let (Err(error), false) = (&loaded, args.json) {
+        writeln!(out, "It does not load yet: {error}")?;
+    }
+    let problems = world.problems().count() + usize::from(loaded.is_err());
     Ok(if problems == 0 { ExitCode::SUCCESS } else { ExitCode::from(WITH_PROBLEMS) })
 }
 

@@ -197,11 +197,12 @@ fn files_of_objects_are_read_and_the_world_overrides_them() {
 fn surfaces_of_the_simulation_replace_those_of_the_bodies() {
     let simulation = "<simulation><globals gravity='0 0 -9.8' maxContacts='20'/>\
         <rigidObject index='0'><geometry kFriction='0.9' padding='0.001'/></rigidObject>\
-        <terrain name='floor'><geometry kFriction='0.2'/></terrain><object name='none'><geometry/></object></simulation>";
+        <terrain name='floor'><geometry kFriction='0.2' kRestitution='0.3'/></terrain><object name='none'><geometry/></object></simulation>";
     let made = Source::new(&format!("{PLANE}{}{simulation}", brick("", "")), &PLANE_FILES).task();
     assert_eq!((made.object("brick").friction, made.task.ground.friction), (0.9, 0.2));
     made.has(DecisionKind::Dropped, "globals", "maxContacts");
     made.has(DecisionKind::Dropped, "geometry", "padding");
+    made.has(DecisionKind::Dropped, "geometry", "kRestitution: that of the objects");
     made.has(DecisionKind::Problem, "object 'none'", "valid: one of: rigidObject 'brick'");
 }
 

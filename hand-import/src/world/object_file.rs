@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use palmares_models::{Mat3, Pose, Rotation, Vec3};
+use palmares_models::{Mat3, Pose, Vec3};
 
 use super::shape::{Shape, Transform, of_file};
 use crate::decision::{At, Log};
@@ -158,9 +158,4 @@ pub(super) fn matrix(v: &[f64]) -> Mat3 {
 /// Whether a matrix can be an inertia, which Klamp't leaves at 0 where nothing is stated.
 pub(super) fn is_stated(inertia: &Mat3) -> bool {
     [inertia.x_axis.x, inertia.y_axis.y, inertia.z_axis.z].iter().all(|x| x.is_finite() && *x > 0.0)
-}
-
-/// The turn about an axis by the length of the vector.
-pub(super) fn by_moment(moment: Vec3) -> Rotation {
-    Rotation::from_scaled_axis(moment)
 }

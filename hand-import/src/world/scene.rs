@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use palmares_models::rotation::from_rpy;
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 
-use super::object_file::{self, Stated, by_moment, is_stated, matrix};
+use super::object_file::{self, Stated, is_stated, matrix};
 use super::shape::{Shape, Transform, of_file};
 use crate::decision::{At, Log};
 use crate::numbers::numbers;
@@ -62,6 +62,7 @@ struct Reader<'a> {
 pub(super) fn read(world: &Element, source: &Source, file: &Path, log: &mut Log) -> Scene {
     let mut reader = Reader { source, file, names: vec!["ground".to_owned()], log };
     let mut scene = Scene::default();
+    reader.unread(world, &["name"], &[]);
     let (mut objects, mut terrains) = (0.., 0..);
     for element in &world.children {
         match element.name.as_str() {
@@ -284,7 +285,7 @@ impl Reader<'_> {
             rotation = from_rpy(rpy);
         }
         if let Some(moment) = self.vector(element, "rotateMoment") {
-            rotation = by_moment(moment);
+            rotation = Rotation::from_scaled_axis(moment);
         }
         for (name, axis) in [("rotateX", Vec3::X), ("rotateY", Vec3::Y), ("rotateZ", Vec3::Z)] {
             if let Some(angle) = self.number(element, name) {
@@ -304,7 +305,13 @@ impl Reader<'_> {
         for element in &simulation.children {
             match element.name.as_str() {
                 "globals" => self.globals(element),
-                "terrain" => self.anew(element, &mut scene.terrains),
+                "terrain" => {
+                    let bounces = |geometry: &&Element| geometry.get("kRestitution").is_some();
+                    if let Some(geometry) = element.all("geometry").find(bounces) {
+                        self.lost(geometry, "kRestitution: that of the objects counts in a task");
+                    }
+                    self.anew(element, &mut scene.terrains);
+                }
                 "rigidObject" | "object" => self.anew(element, &mut scene.objects),
                 "robot" => self.lost(element, "belongs to the robot, which is no part of a task"),
                 "joint" => {

@@ -101,7 +101,7 @@ impl Model {
             limits: Some(limits).filter(|_| matches!(turned, JointKind::Revolute | JointKind::Prismatic)),
             velocity: speed.filter(|x| *x > 0.0),
             effort: effort.filter(|x| *x > 0.0),
-            active: !attribute(element, "enable").is_some_and(|text| !is_true(text)),
+            active: attribute(element, "enable").is_none_or(is_true),
             follows,
         });
     }

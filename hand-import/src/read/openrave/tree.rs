@@ -120,19 +120,3 @@ fn leads<'a>(model: &'a Model, reading: &mut Reading<'_>) -> BTreeMap<usize, Lea
     }
     leads
 }
-
-#[cfg(test)]
-mod tests {
-    use palmares_models::Vec3;
-
-    use super::*;
-
-    #[test]
-    fn a_point_of_a_body_keeps_its_place() {
-        let body =
-            Pose::from_parts(Vec3::new(1.0, 2.0, 3.0), palmares_models::Rotation::from_rotation_x(0.4));
-        let link = Pose::from_parts(Vec3::new(0.5, 2.0, 2.0), body.rotation);
-        let point = Vec3::new(0.1, 0.2, 0.3);
-        assert!((link * (link.inverse() * body * point) - body * point).length() < 1e-12);
-    }
-}
