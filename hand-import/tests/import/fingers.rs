@@ -1,5 +1,7 @@
 //! Klamp't's hands of fingers, whose tendons are in a program beside the `.rob`: the lines that make them.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use super::*;
 
 /// A link: its name, its parent, the axis of its joint, its place in the parent, the range of its joint. A base or a joint without a range
@@ -39,16 +41,16 @@ fn rob(links: &[Row], drivers: &str) -> Source {
 }
 
 const PROXIMAL: Option<[f64; 2]> = Some([-0.34, 2.83]);
-const DISTAL: Option<[f64; 2]> = Some([-3.14, 3.14]);
+const DISTAL: Option<[f64; 2]> = Some([-PI, PI]);
 
 /// Names, tree, axes and ranges of the ReFlex in the challenge of 2016.
 const REFLEX: [Row; 12] = [
     ("base", -1, "0 0 1", "0 0 0", None),
-    ("swivel_1", 0, "0 0 -1", "0.0504 -0.026 0.063", Some([0.0, 1.5708])),
+    ("swivel_1", 0, "0 0 -1", "0.0504 -0.026 0.063", Some([0.0, FRAC_PI_2])),
     ("proximal_1", 1, "0 -1 0", "0.01 0 0.0186", PROXIMAL),
     ("distal_1", 2, "0 -1 0", "0.066 0 -0.005", DISTAL),
     ("distal_pad_1", 3, "0 0 1", "0.01 0 0.009", None),
-    ("swivel_2", 0, "0 0 -1", "0.0504 0.026 0.063", Some([-1.5708, 0.0])),
+    ("swivel_2", 0, "0 0 -1", "0.0504 0.026 0.063", Some([-FRAC_PI_2, 0.0])),
     ("proximal_2", 5, "0 -1 0", "0.01 0 0.0186", PROXIMAL),
     ("distal_2", 6, "0 -1 0", "0.066 0 -0.005", DISTAL),
     ("proximal_3", 0, "0 1 0", "-0.03 0 0.0816", PROXIMAL),
