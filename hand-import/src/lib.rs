@@ -135,7 +135,10 @@ fn fingers<'a>(
     format: Format,
     options: &ImportOptions,
 ) -> Vec<complete::Finger<'a>> {
-    if format == Format::Klampt && !options.template { complete::fingers(hand) } else { Vec::new() }
+    if format != Format::Klampt || options.template {
+        return Vec::new();
+    }
+    complete::fingers(&hand.draft, &hand.servos, &hand.tendons)
 }
 
 fn write(

@@ -2,7 +2,8 @@
 
 use palmares_models::Vec3;
 
-use super::Complete;
+use super::motors::Wound;
+use super::servos::Servo;
 use crate::draft::{Draft, Joint, JointKind};
 
 /// Two axes have one direction if the cosine of their angle is at least this: 5°.
@@ -15,14 +16,13 @@ pub(crate) struct Finger<'a> {
 }
 
 /// The fingers of a hand; none if there are fewer than two, such as those of an arm.
-pub(crate) fn fingers(hand: &Complete) -> Vec<Finger<'_>> {
-    let draft = &hand.draft;
-    if draft.settings.is_some() || !draft.springs.is_empty() || !hand.tendons.is_empty() {
+pub(crate) fn fingers<'a>(draft: &'a Draft, servos: &[Servo], tendons: &[Wound]) -> Vec<Finger<'a>> {
+    if draft.settings.is_some() || !draft.springs.is_empty() || !tendons.is_empty() {
         return Vec::new();
     }
     let plain = |joint: &Joint| {
         let coupled = draft.couplings.iter().any(|c| c.joint == joint.name || c.leader == joint.name);
-        let servo = hand.servos.iter().any(|servo| servo.joint == joint.name);
+        let servo = servos.iter().any(|servo| servo.joint == joint.name);
         joint.kind == JointKind::Revolute
             && joint.limits.is_some()
             && joint.stated.stiffness.is_none()

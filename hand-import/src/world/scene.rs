@@ -48,6 +48,8 @@ pub(super) struct Body {
 /// Klamp't's colours of bodies that state none.
 const OBJECT_COLOR: [f64; 3] = [0.2, 0.4, 0.8];
 const TERRAIN_COLOR: [f64; 3] = [0.8, 0.6, 0.2];
+/// Objects and terrains that are read; a task has at most 200 objects, and some of a world may be none.
+const MOST_READ: usize = 400;
 /// Gravity of a run, m/s²; Klamp't's 9.8 is as good.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
@@ -65,7 +67,12 @@ pub(super) fn read(world: &Element, source: &Source, file: &Path, log: &mut Log)
     reader.unread(world, &["name"], &[]);
     let (mut objects, mut terrains) = (0.., 0..);
     for element in &world.children {
+        let full = scene.objects.len().max(scene.terrains.len()) >= MOST_READ;
         match element.name.as_str() {
+            "rigidObject" | "terrain" if full => {
+                let text = format!("has more than {MOST_READ} objects or terrains: the others are not read");
+                reader.log.problem(At::Hand, "world", text);
+            }
             "rigidObject" => scene.objects.extend(reader.body(element, true, objects.next())),
             "terrain" => scene.terrains.extend(reader.body(element, false, terrains.next())),
             "robot" => {

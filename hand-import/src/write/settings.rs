@@ -5,12 +5,16 @@ use std::fmt::Write as _;
 use palmares_models::hand::CoordinateSettings;
 use palmares_models::hand::number::{Entry, Number, Numbers, Unstated};
 
-use super::{Comments, number, tendon_lines};
+use super::{Comments, number};
 use crate::complete::{Complete, Finger, Servo, ServoNumbers};
 use crate::decision::At;
 use crate::draft::{Draft, JointKind, TendonPath};
 
-/// The text of `hand.toml`. The servos of `fingers` are its last tables, after [`tendon_lines::REPLACED`].
+/// The line of `hand.toml` before the servos that the lines of tendons replace.
+const REPLACED: &str =
+    "# Servos of the fingers. The lines after \"Tendons\", without \"# \", replace all from here on.";
+
+/// The text of `hand.toml`. The servos of `fingers` are its last tables, after [`REPLACED`].
 pub(crate) fn settings(
     hand: &Complete,
     fingers: &[Finger<'_>],
@@ -122,7 +126,7 @@ pub(crate) fn settings(
         }
     }
     if !of_fingers.is_empty() {
-        let _ = writeln!(out, "\n{}", tendon_lines::REPLACED);
+        let _ = writeln!(out, "\n{}", REPLACED);
         servos(&mut out, hand, &of_fingers, comments);
     }
     out

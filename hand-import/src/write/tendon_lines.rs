@@ -10,10 +10,6 @@ use super::settings::{inline, key};
 use crate::complete::{Complete, Finger, SPRING_LAG, STRETCH, counted};
 use crate::draft::Joint;
 
-/// The line of `hand.toml` before the servos that the lines replace.
-pub(crate) const REPLACED: &str =
-    "# Servos of the fingers. The lines after \"Tendons\", without \"# \", replace all from here on.";
-
 /// The lines, if the hand has fingers of servos.
 pub(crate) fn lines(hand: &Complete, fingers: &[Finger<'_>]) -> Option<String> {
     if fingers.is_empty() {

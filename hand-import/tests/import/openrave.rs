@@ -168,10 +168,18 @@ fn faults_name_their_element() {
 }
 
 #[test]
-fn a_file_that_names_itself_ends() {
-    let text = "<Robot name='r'><KinBody file='claw.robot.xml'/></Robot>";
-    let imported = import(&source(text).path("claw.robot.xml"), &ImportOptions::default());
-    assert!(imported.is_err(), "it has no links");
+fn a_file_that_names_itself_often_ends() {
+    let text = format!("<Robot name='r'>{}</Robot>", "<KinBody file='claw.robot.xml'/>".repeat(100));
+    assert!(source(&text).refusal("claw.robot.xml").contains("has no links"));
+    let bodies: String = (0..1025).map(|k| format!("<Body name='b{k}'/>")).collect();
+    let refusal = source(&format!("<KinBody>{bodies}</KinBody>")).refusal("claw.robot.xml");
+    assert!(refusal.contains("more than 1024 bodies"), "{refusal}");
+}
+
+#[test]
+fn a_joint_that_follows_one_that_is_not_there_is_a_problem() {
+    let imported = source(&HAND.replace("J1/3+0.1", "J9/3")).import("claw.robot.xml");
+    has(&imported, DecisionKind::Problem, "J2", "J9");
 }
 
 #[test]

@@ -6,37 +6,11 @@ use palmares_models::{Mat3, Pose, Rotation, Vec3};
 
 use super::super::element::{Element, Notes};
 use super::super::reading::Reading;
-use super::{Model, attribute, child, list, matrix, pose, vector};
+use super::model::{Body, Mass, Model, Shape};
+use super::text::{attribute, child, is_tag, list, matrix, pose, vector};
 use crate::decision::At;
 use crate::draft::{Geometry, Mesh, Triangles};
 use crate::numbers::numbers;
-
-/// A rigid body.
-#[derive(Debug)]
-pub(super) struct Body {
-    pub(super) name: String,
-    /// In the frame of the robot.
-    pub(super) pose: Pose,
-    pub(super) shapes: Vec<Shape>,
-    pub(super) mass: Option<Mass>,
-}
-
-/// A shape in the body's frame.
-#[derive(Debug)]
-pub(super) struct Shape {
-    pub(super) pose: Pose,
-    pub(super) geometry: Geometry,
-    /// Whether it touches; others are pictures.
-    pub(super) touches: bool,
-}
-
-/// Mass properties in the body's frame; an inertia of 0 is not stated.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Mass {
-    pub(super) mass: f64,
-    pub(super) com: Vec3,
-    pub(super) inertia: Mat3,
-}
 
 impl Model {
     /// A body, or more about one that is there.
@@ -63,7 +37,7 @@ impl Model {
     }
 
     fn content(&mut self, k: usize, element: &Element, prefix: &str, reading: &mut Reading<'_>) {
-        for part in element.children.iter().filter(|part| super::is_tag(part, "geom")) {
+        for part in element.children.iter().filter(|part| is_tag(part, "geom")) {
             let shapes = self.geom(k, part, reading);
             self.bodies[k].shapes.extend(shapes);
         }

@@ -6,28 +6,12 @@ use palmares_models::Vec3;
 
 use super::super::element::{Element, Notes};
 use super::super::reading::Reading;
-use super::{Model, attribute, child, equation, list, vector};
+use super::equation;
+use super::model::{Hinge, Model};
+use super::text::{attribute, child, is_tag, list, vector};
 use crate::decision::At;
 use crate::draft::JointKind;
 use crate::numbers::numbers;
-
-/// A joint with its place in the robot's frame.
-#[derive(Debug)]
-pub(super) struct Hinge {
-    pub(super) name: String,
-    pub(super) kind: JointKind,
-    /// Numbers of the bodies; the second moves along the axis as the first sees it.
-    pub(super) bodies: [usize; 2],
-    pub(super) anchor: Vec3,
-    pub(super) axis: Vec3,
-    pub(super) limits: Option<[f64; 2]>,
-    pub(super) velocity: Option<f64>,
-    pub(super) effort: Option<f64>,
-    /// Whether a motor moves it.
-    pub(super) active: bool,
-    /// The joint that it follows, with constant and multiplier.
-    pub(super) follows: Option<(String, [f64; 2])>,
-}
 
 /// Keywords for planners, and of motors that a hand has not.
 const PLANNED: [&str; 8] =
@@ -38,7 +22,7 @@ impl Model {
         let stated = attribute(element, "name").map(str::to_owned);
         let name = format!("{prefix}{}", stated.unwrap_or_else(|| format!("joint_{}", self.joints.len())));
         self.unscaled(element, reading);
-        let named = element.children.iter().filter(|child| super::is_tag(child, "body"));
+        let named = element.children.iter().filter(|child| is_tag(child, "body"));
         let bodies: Vec<Option<usize>> = named
             .map(|child| self.find(&format!("{prefix}{}", child.text)).or_else(|| self.find(&child.text)))
             .collect();

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use palmares_models::Pose;
 
 use super::super::reading::Reading;
-use super::joint::Hinge;
-use super::{Model, shown};
+use super::model::{Hinge, Model};
 use crate::decision::At;
 use crate::draft::{Actuator, Coupling, Draft, Drive, Inertial, Joint, JointKind, Link, LinkShape, Origin};
 
@@ -115,7 +114,7 @@ fn leads<'a>(model: &'a Model, reading: &mut Reading<'_>) -> BTreeMap<usize, Lea
         }
     }
     for (k, body) in model.bodies.iter().enumerate().filter(|(k, _)| !reached[*k]) {
-        let text = format!("no joint of {} leads to it: it is left out", shown(&model.folder));
+        let text = "no joint leads to it: it is left out".to_owned();
         reading.log.problem(At::Hand, format!("body '{}' ({k})", body.name), text);
     }
     leads
