@@ -194,6 +194,28 @@ fn files_of_objects_are_read_and_the_world_overrides_them() {
 }
 
 #[test]
+fn a_mesh_becomes_a_file_of_the_task() {
+    // Wavefront's ending is also that of Klamp't's objects.
+    let wedge = "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let files = [PLANE_FILES[0], PLANE_FILES[1], ("wedge.obj", wedge)];
+    let wedge = |physics: &str| {
+        format!(
+            "{PLANE}<rigidObject file='wedge.obj'><geometry scale='0.001' translation='0 0 0.02'/>{physics}</rigidObject>"
+        )
+    };
+    let made = Source::new(&wedge("<physics mass='0.4'/>"), &files).task();
+    assert!(made.world.files.contains_key(Path::new("meshes/wedge.stl")));
+    // A tetrahedron's centre of mass is the mean of its corners; it was put down, from 20 mm above.
+    near(made.object("wedge").com, Vec3::new(0.025, 0.025, 0.045), 1e-6);
+    near(made.pose("wedge").translation, Vec3::new(0.0, 0.0, -0.02), 2e-3);
+    let made = Source::new(&wedge("<physics mass='0.4' com='0.03 0.03 0.03'/>"), &files).task();
+    let object = made.object("wedge");
+    near(object.com, Vec3::splat(0.03), 1e-12);
+    made.has(DecisionKind::Guessed, "rigidObject", "a centre of mass and no inertia");
+    assert!(object.inertia.x_axis.x > 1e-4, "{:?}", object.inertia);
+}
+
+#[test]
 fn surfaces_of_the_simulation_replace_those_of_the_bodies() {
     let simulation = "<simulation><globals gravity='0 0 -9.8' maxContacts='20'/>\
         <rigidObject index='0'><geometry kFriction='0.9' padding='0.001'/></rigidObject>\
@@ -239,6 +261,8 @@ fn terrains_of_boxes_are_furniture() {
     // It began in the air above the table, below the shelf.
     made.has(DecisionKind::Taken, "brick", "begins 0.200 m above");
     near(made.pose("brick").translation, Vec3::new(0.1, 0.0, 0.4), 2e-3);
+    let text = String::from_utf8(made.world.files[Path::new("task.toml")].clone()).expect("text");
+    assert!(text.contains("position = [0.1, 0, 0.4]\n"), "{text}");
 }
 
 #[test]

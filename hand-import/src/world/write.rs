@@ -269,8 +269,10 @@ fn above(objects: &[Body], fixed: &Fixed) -> Vec3 {
     Vec3::new(middle.x, middle.y, top + ABOVE)
 }
 
+/// Places, sizes and colours without the digits of rounding.
 fn list(numbers: &[f64]) -> String {
-    format!("[{}]", numbers.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "))
+    let tidy = |x: &f64| number((x * 1e12).round() / 1e12 + 0.0);
+    format!("[{}]", numbers.iter().map(tidy).collect::<Vec<_>>().join(", "))
 }
 
 fn words(numbers: &[f64]) -> String {
