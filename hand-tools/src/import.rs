@@ -202,3 +202,20 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
     let _ = writeln!(out, "{next}: palmares hand check {folder}");
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palmares_hand_import::export::{ExportTarget, export};
+
+    #[test]
+    fn the_lines_of_tendons_are_printed_as_they_replace_others() {
+        let mut hand = export("pinch", ExportTarget::Urdf).expect("exported");
+        assert!(!text(&hand, Path::new("my-hand/"), false).contains("Tendons:"));
+        hand.tendon_lines = Some("[motors]\nfinger_1 = 1\n\n# E\n".to_owned());
+        let printed = text(&hand, Path::new("my-hand/"), false);
+        let place =
+            "They are comments in my-hand/hand.toml: they replace all from '# Servos of the fingers' on.\n";
+        assert!(printed.contains(&format!("{place}\n  [motors]\n  finger_1 = 1\n\n  # E\n")), "{printed}");
+    }
+}
