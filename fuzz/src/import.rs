@@ -39,6 +39,7 @@ pub(crate) fn seeds() -> Seeds {
         seed("mjcf", &[input!("gripper.xml"), part]),
         seed("sdf", &[input!("gripper.sdf"), part]),
         seed("klampt", &[input!("gripper.rob"), input!("part.off"), input!("part.tri")]),
+        seed("openrave", &[input!("claw.robot.xml"), input!("part.off")]),
         seed("graspit", &[input!("claw.xml"), palm, link, input!("box.iv")]),
     ]
 }

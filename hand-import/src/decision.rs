@@ -103,6 +103,13 @@ impl Log {
         self.add(DecisionKind::Problem, at, element.into(), text.into());
     }
 
+    /// A decision before all others: it matters most.
+    pub fn first(&mut self, kind: DecisionKind, at: At, element: impl Into<String>, text: impl Into<String>) {
+        let decision =
+            Decision { file: self.file.clone(), element: element.into(), kind, text: text.into(), at };
+        self.decisions.insert(0, decision);
+    }
+
     fn add(&mut self, kind: DecisionKind, at: At, element: String, text: String) {
         // The texts differ most, so they are compared first: a hostile file has many decisions.
         let again = |other: &Decision| {

@@ -24,6 +24,9 @@ pub struct Imported {
     pub decisions: Vec<Decision>,
     /// Warnings of the loader about the written files.
     pub warnings: Vec<LoadWarning>,
+    /// Lines of `hand.toml` that put a tendon over the joints of each finger, where the format has no tendons. They are comments at the end
+    /// of the written file, and replace all from the line "# Servos of the fingers" on.
+    pub tendon_lines: Option<String>,
 }
 
 impl Imported {
@@ -37,20 +40,29 @@ impl Imported {
     /// # Errors
     /// The folder exists, or a file cannot be written.
     pub fn write(&self, folder: &Path, force: bool) -> Result<(), ImportError> {
-        let failed = |file: &Path| {
-            let file = file.to_owned();
-            move |source| ImportError::Write { file, source }
-        };
-        if folder.exists() && !force {
-            let exists = std::io::Error::other("exists; nothing was written (--force replaces its files)");
-            return Err(failed(folder)(exists));
-        }
-        for (path, bytes) in &self.files {
-            let path = folder.join(path);
-            let parent = path.parent().unwrap_or(folder);
-            std::fs::create_dir_all(parent).map_err(failed(parent))?;
-            std::fs::write(&path, bytes).map_err(failed(&path))?;
-        }
-        Ok(())
+        write_files(&self.files, folder, force)
     }
+}
+
+/// Writes files into a folder, which must not exist unless `force` is set.
+pub(crate) fn write_files(
+    files: &BTreeMap<PathBuf, Vec<u8>>,
+    folder: &Path,
+    force: bool,
+) -> Result<(), ImportError> {
+    let failed = |file: &Path| {
+        let file = file.to_owned();
+        move |source| ImportError::Write { file, source }
+    };
+    if folder.exists() && !force {
+        let exists = std::io::Error::other("exists; nothing was written (--force replaces its files)");
+        return Err(failed(folder)(exists));
+    }
+    for (path, bytes) in files {
+        let path = folder.join(path);
+        let parent = path.parent().unwrap_or(folder);
+        std::fs::create_dir_all(parent).map_err(failed(parent))?;
+        std::fs::write(&path, bytes).map_err(failed(&path))?;
+    }
+    Ok(())
 }

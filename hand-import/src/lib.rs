@@ -7,8 +7,9 @@
 //! 3. `hand-import/src/complete/` fills the gaps of a draft, `hand-import/src/meshes/` converts meshes.
 //! 4. `hand-import/src/write/` writes the files; each decision is a comment in one of them.
 //!
-//! `hand-import/src/export/` writes a hand of Palmares in other formats.
+//! `hand-import/src/export/` writes a hand of Palmares in other formats. `hand-import/src/world/` makes a task of a Klamp't world.
 
+mod arm;
 mod complete;
 pub mod decision;
 pub mod draft;
@@ -22,6 +23,7 @@ mod options;
 mod read;
 pub mod source;
 mod subtree;
+mod world;
 mod write;
 mod xml;
 
@@ -31,13 +33,14 @@ use std::path::{Path, PathBuf};
 use palmares_models::measure::HandLimits;
 use palmares_models::read::{Files, LoadOptions, Loaded, from_files};
 
-use crate::decision::{At, Log};
+use crate::decision::{At, DecisionKind, Log};
 use crate::error::ImportError;
 use crate::source::Source;
 
 pub use crate::imported::Imported;
 pub use crate::options::ImportOptions;
 pub use crate::read::Format;
+pub use crate::world::{ImportedWorld, import_world};
 
 /// Links and joints of a robot; more than those of a hand, as some are left out.
 const MAX_LINKS: usize = 1024;
@@ -56,7 +59,7 @@ pub fn mesh_triangles(path: &Path) -> Result<Vec<[palmares_models::Vec3; 3]>, Im
 /// Imports the hand in a folder, an archive or a file.
 ///
 /// # Errors
-/// The source gives no hand at all. Smaller faults are decisions of kind [`decision::DecisionKind::Problem`].
+/// The source gives no hand at all. Smaller faults are decisions of kind [`DecisionKind::Problem`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
     import_source(&Source::open(path)?, options)
 }
@@ -88,6 +91,11 @@ pub fn import_source(source: &Source, options: &ImportOptions) -> Result<Importe
         );
         return Err(ImportError::unreadable(source.display(&file), problem));
     }
+    if options.root.is_none()
+        && let Some(text) = arm::hint(&draft)
+    {
+        log.first(DecisionKind::Guessed, At::Hand, "robot", text);
+    }
     let mut hand = complete::complete(draft, source, options, &mut log);
     // The loader and the limits judge the written files. Their findings go into the comments as well.
     let mut loaded = load(&write(&hand, &log, format, options));
@@ -115,9 +123,22 @@ pub fn import_source(source: &Source, options: &ImportOptions) -> Result<Importe
         Err(error) => log.problem(At::Hand, "hand", format!("does not load yet: {error}")),
     }
     let files = write(&hand, &log, format, options);
+    let tendon_lines = write::tendon_lines::lines(&hand, &fingers(&hand, format, options));
     let name = hand.draft.name.clone();
     let description = source.display(&file);
-    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings })
+    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings, tendon_lines })
+}
+
+/// Fingers over which lines for tendons are written: Klamp't's format has no tendons.
+fn fingers<'a>(
+    hand: &'a complete::Complete,
+    format: Format,
+    options: &ImportOptions,
+) -> Vec<complete::Finger<'a>> {
+    if format != Format::Klampt || options.template {
+        return Vec::new();
+    }
+    complete::fingers(&hand.draft, &hand.servos, &hand.tendons)
 }
 
 fn write(
@@ -130,7 +151,11 @@ fn write(
     let head = format!("Imported from {file} ({}) by palmares {}.", format.name(), env!("CARGO_PKG_VERSION"));
     let (mut in_urdf, mut in_settings) = write::Comments::split(log, hand);
     let urdf = write::urdf::urdf(hand, &head, &mut in_urdf);
-    let mut settings = write::settings::settings(hand, &head, &mut in_settings);
+    let fingers = fingers(hand, format, options);
+    let mut settings = write::settings::settings(hand, &fingers, &head, &mut in_settings);
+    if let Some(lines) = write::tendon_lines::lines(hand, &fingers) {
+        settings += &write::tendon_lines::commented(&lines);
+    }
     if options.template {
         settings += &write::settings::template(hand);
     }

@@ -439,7 +439,7 @@ fn longest_edge(corners: &[[Vec3; 3]], scale: [f64; 3]) -> f64 {
 }
 
 /// Triangles of an ellipsoid: 12 rings of 24 points.
-fn ellipsoid([a, b, c]: [f64; 3]) -> Vec<[Vec3; 3]> {
+pub(crate) fn ellipsoid([a, b, c]: [f64; 3]) -> Vec<[Vec3; 3]> {
     const RINGS: usize = 12;
     const POINTS: usize = 24;
     let point = |ring: usize, k: usize| {

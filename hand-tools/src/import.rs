@@ -85,6 +85,8 @@ struct Report<'a> {
     files: Vec<String>,
     decisions: &'a [Decision],
     warnings: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tendon_lines: Option<&'a str>,
 }
 
 /// The command in its help.
@@ -141,6 +143,7 @@ fn written(source: &Path, folder: &Path, options: ImportOptions, how: &How) -> a
             files: hand.files.keys().map(|path| path.display().to_string()).collect(),
             decisions: &hand.decisions,
             warnings: hand.warnings.iter().map(ToString::to_string).collect(),
+            tendon_lines: hand.tendon_lines.as_deref(),
         };
         writeln!(out, "{}", json(&serde_json::to_value(&report)?))?;
     } else {
@@ -152,7 +155,7 @@ fn written(source: &Path, folder: &Path, options: ImportOptions, how: &How) -> a
 
 fn text(hand: &Imported, folder: &Path, all: bool) -> String {
     let mut out = String::new();
-    let folder = folder.display();
+    let (settings, folder) = (folder.join("hand.toml"), folder.display());
     let description = hand.description.display().to_string();
     let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), printable(&description));
     for (kind, title) in [
@@ -181,10 +184,38 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
             );
         }
     }
+    if let Some(lines) = &hand.tendon_lines {
+        let _ = writeln!(
+            out,
+            "\nTendons: the format has none, so that each joint has a servo. These lines put a tendon over each finger.\nThey are \
+             comments in {}: they replace all from '# Servos of the fingers' on.\n",
+            settings.display()
+        );
+        for line in lines.lines() {
+            let _ = writeln!(out, "{}", format!("  {}", printable(line)).trim_end());
+        }
+    }
     let meshes = hand.files.keys().filter(|path| path.starts_with("meshes")).count();
     let _ = writeln!(out, "\nWritten to {folder}: hand.urdf, hand.toml, {meshes} meshes");
     let problems = hand.problems().count();
     let next = if problems == 0 { "Next" } else { "With problems. Next" };
     let _ = writeln!(out, "{next}: palmares hand check {folder}");
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palmares_hand_import::export::{ExportTarget, export};
+
+    #[test]
+    fn the_lines_of_tendons_are_printed_as_they_replace_others() {
+        let mut hand = export("pinch", ExportTarget::Urdf).expect("exported");
+        assert!(!text(&hand, Path::new("my-hand/"), false).contains("Tendons:"));
+        hand.tendon_lines = Some("[motors]\nfinger_1 = 1\n\n# E\n".to_owned());
+        let printed = text(&hand, Path::new("my-hand/"), false);
+        let place =
+            "They are comments in my-hand/hand.toml: they replace all from '# Servos of the fingers' on.\n";
+        assert!(printed.contains(&format!("{place}\n  [motors]\n  finger_1 = 1\n\n  # E\n")), "{printed}");
+    }
 }

@@ -1,7 +1,7 @@
 //! Tools for hands: description, closing in the air, trials in the tasks, images. With `compare`, the only crate
 //! that draws.
 //!
-//! `hand-tools/src/decompose/` cuts meshes into convex pieces, for hands and tasks.
+//! `hand-tools/src/decompose/` cuts meshes into convex pieces, for hands and tasks. `hand-tools/src/world.rs` makes tasks of Klamp't's worlds.
 
 mod analyse;
 mod check;
@@ -26,6 +26,7 @@ pub mod table;
 mod trial;
 mod view;
 mod views;
+pub mod world;
 
 pub use command::{HandCommand, print_trials};
 pub use figures::figures;

@@ -395,3 +395,37 @@ fn a_mesh_that_has_no_pieces_is_refused_by_name() {
     }
     assert_eq!(std::fs::read_dir(place.path()).expect("there").count(), 4, "nothing was written");
 }
+
+/// A world of Klamp't becomes a task that can be used; what it has no place for is printed.
+#[test]
+fn a_world_of_klampt_becomes_a_task() {
+    let world = TempDir::new().expect("temporary directory");
+    let file = world.path().join("world.xml");
+    let content = "<world><robot name='r' file='r.rob'/><terrain file='floor.tri'/>\
+        <rigidObject name='ball' position='0.1 0 0.03'><geometry file='ball.geom' scale='0.03'/><physics mass='0.1'/></rigidObject></world>";
+    for (name, text) in [
+        ("world.xml", content),
+        ("floor.tri", "4\n-5 -5 0\n-5 5 0\n5 -5 0\n5 5 0\n2\n0 2 1\n1 2 3\n"),
+        ("ball.geom", "Primitive\nSphere\n0 0 0 1\n"),
+    ] {
+        std::fs::write(world.path().join(name), text).expect("written");
+    }
+    let own = world.path().join("my-task");
+    let import = ["task", "import", text(&file), "--out", text(&own)];
+    let (code, printed) = palmares(&import);
+    assert!(code == 0 && printed.contains("robot 'r': is no part of a task"), "{printed}");
+    let (code, printed) = palmares(&["task", "check", text(&own), "--scenes", "2", "--hand", "pinch"]);
+    assert!(code == 0 && printed.contains("raised_ball"), "{printed}");
+    let (code, printed) = palmares(&import);
+    assert!(code == 1 && printed.contains("nothing was written"), "{printed}");
+    for (name, expected) in [("pan", "`pan` is a built-in task"), ("a\"b", "valid: 1 to 64 letters")] {
+        let (code, printed) = palmares(&[&import[..], &["--force", "--name", name]].concat());
+        assert!(code == 1 && printed.contains(expected), "{printed}");
+    }
+    // An object of 2 m is left out, and the other one is there.
+    let vast = content
+        .replace("</world>", "<rigidObject name='vast'><geometry file='ball.geom'/></rigidObject></world>");
+    std::fs::write(&file, vast).expect("written");
+    let (code, printed) = palmares(&[&import[..], &["--force"]].concat());
+    assert!(code == 2 && printed.contains("rigidObject 'vast': measures 2.000"), "{printed}");
+}

@@ -10,6 +10,7 @@ mod show;
 
 use clap::Subcommand;
 use palmares_hand_tools::decompose::{self, DecomposeArgs, MeshOwner};
+use palmares_hand_tools::world::{self, WorldArgs};
 use std::process::ExitCode;
 
 const CHECK_HELP: &str = "\
@@ -33,6 +34,15 @@ const COPY_HELP: &str = "\
 Examples:
   palmares task copy balls my-balls/        writes my-balls/task.toml; edit it
   palmares task check my-balls/";
+
+const IMPORT_HELP: &str = "\
+Exit code: 0 without problems, 2 if the task was written with problems, 1 if nothing was written.
+
+Examples:
+  palmares task import world.xml --out my-task/
+  palmares task import Klampt-examples/data/ --world tx90cups --out my-task/
+                                          one world of a folder with several
+  palmares task check my-task/";
 
 const PLAY_HELP: &str = "\
 Examples:
@@ -62,6 +72,12 @@ pub(crate) enum TaskCommand {
     /// Write the file of a built-in task, as a start for your own
     #[command(after_help = COPY_HELP)]
     Copy(copy::CopyArgs),
+    /// Make a task of a Klamp't world: its rigid objects at their poses, its terrains as ground and boxes
+    ///
+    /// Meshes, mass, inertia, friction, restitution, colours and poses are kept; robots are not. All that was taken in other words, guessed
+    /// or dropped, and all problems, are comments in task.toml. Goals are not in a world: the written ones raise each object.
+    #[command(after_help = IMPORT_HELP)]
+    Import(WorldArgs),
     /// Play a task with a fixed script, and print the referee's events
     #[command(after_help = PLAY_HELP)]
     Play(play::PlayArgs),
@@ -84,6 +100,7 @@ impl TaskCommand {
             TaskCommand::Check(args) => check::check(args),
             TaskCommand::Show(args) => show::show(args),
             TaskCommand::Copy(args) => copy::copy(args),
+            TaskCommand::Import(args) => world::run(args),
             TaskCommand::Play(args) => play::play(args),
             TaskCommand::Decompose(args) => decompose::run(args, MeshOwner::Task),
         }

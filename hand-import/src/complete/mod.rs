@@ -4,8 +4,9 @@
 //! 2. `shapes.rs`: shapes that touch.
 //! 3. `joints.rs`: ball joints become hinges, couplings linear, limits consistent, joints without shapes fixed. `followers.rs`: springs,
 //!    tendons and motors of a joint that follows another belong to its leader. `mass.rs`: masses of moving links.
-//! 4. `motors.rs`: tendons with their motors. `servos.rs`: motors of one joint.
+//! 4. `motors.rs`: tendons with their motors. `servos.rs`: motors of one joint. `fingers.rs`: rows of joints with such motors.
 
+mod fingers;
 mod followers;
 mod joints;
 mod mass;
@@ -25,8 +26,9 @@ use crate::meshes::{self, Meshes};
 use crate::options::ImportOptions;
 use crate::source::Source;
 
+pub(crate) use fingers::{Finger, fingers};
 pub(crate) use mass::shown;
-pub(crate) use motors::Wound;
+pub(crate) use motors::{SPRING_LAG, STRETCH, Wound, counted};
 pub(crate) use servos::{Servo, ServoNumbers};
 
 /// A draft without gaps.

@@ -37,13 +37,13 @@ impl Wound {
 /// Largest damping over stiffness of a servo that a description can mean, s.
 const SLOWEST: f64 = 1.0;
 /// Part of its travel by which a tendon stretches at its largest tension.
-const STRETCH: f64 = 0.002;
+pub(crate) const STRETCH: f64 = 0.002;
 /// Largest speed of a tendon's motor, 1/s: it closes in half a second.
 const CLOSING: f64 = 2.0;
 /// Largest tension of a tendon without springs and efforts to compare with, in its own unit.
 const TENSION: f64 = 10.0;
 /// Damping over stiffness of a joint with a spring, s.
-const SPRING_LAG: f64 = 0.05;
+pub(crate) const SPRING_LAG: f64 = 0.05;
 /// Damping of a joint that nothing else damps, N·m·s/rad and N·s/m.
 const DAMPING: (f64, f64) = (0.01, 5.0);
 
@@ -238,7 +238,7 @@ fn cable(tendon: &Tendon, draft: &Draft, log: &mut Log) -> Option<(Vec<Motor>, W
 
 /// The offset of a motor that winds from one length to another, and the length wound without it: a range far from 0 counts from
 /// its first end, as the offset would be many ranges.
-pub(super) fn counted([from, to]: [f64; 2]) -> (f64, f64) {
+pub(crate) fn counted([from, to]: [f64; 2]) -> (f64, f64) {
     if from.abs() > (to - from).abs() { (0.0, from) } else { (-from / (to - from), 0.0) }
 }
 

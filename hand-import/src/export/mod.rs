@@ -1,5 +1,6 @@
 //! Writes a hand for other programs: URDF and MJCF, each with the `hand.toml` that says what the format cannot.
 
+mod inertia;
 pub(crate) mod mjcf;
 
 use std::collections::BTreeMap;
@@ -48,10 +49,14 @@ pub fn from_source(source: &Source, target: ExportTarget) -> Result<Imported, Im
     let options = ImportOptions::default();
     let (file, format) = read::content::description(source, None)?;
     let (draft, mut log) = read::read(source, &file, format, &options)?;
-    let hand = complete::complete(draft, source, &options, &mut log);
+    let mut hand = complete::complete(draft, source, &options, &mut log);
     let (mut files, Loaded { hand: loaded, warnings, .. }) = written(&hand, &log, format, source, &file)?;
     let format = match target {
-        ExportTarget::Urdf => Format::Urdf,
+        ExportTarget::Urdf => {
+            inertia::own(&mut hand, &files);
+            files = crate::write(&hand, &log, format, &options);
+            Format::Urdf
+        }
         ExportTarget::Mjcf => {
             files.remove(Path::new("hand.urdf"));
             let text = mjcf::document(&hand, &loaded, &mut log);
@@ -60,7 +65,7 @@ pub fn from_source(source: &Source, target: ExportTarget) -> Result<Imported, Im
         }
     };
     let (name, description) = (loaded.name, source.display(&file));
-    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings })
+    Ok(Imported { name, format, description, files, decisions: log.decisions, warnings, tendon_lines: None })
 }
 
 /// The files as an import writes them, and the hand that they give.

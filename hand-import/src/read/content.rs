@@ -167,6 +167,8 @@ mod tests {
             robot("<?xml version='1.0' ?><robot type='Hand'><palm>p.xml</palm></robot>"),
             Format::Graspit
         );
+        assert_eq!(robot("<Robot name='g'><KinBody><Body name='b'/></KinBody></Robot>"), Format::OpenRave);
+        assert_eq!(robot("<kinbody><body name='b'/></kinbody>"), Format::OpenRave);
         assert_eq!(robot("# a hand\nlinks \"a\" \"b\"\nparents -1 0\naxis 0 0 1 0 0 1\n"), Format::Klampt);
     }
 
@@ -189,8 +191,8 @@ mod tests {
                 "no robots, 1 objects (o) and 1 terrains (t)",
             ),
             (
-                "<Robot name='g'><KinBody><Body name='base'/><Body name='f'/><Joint name='j'/></KinBody></Robot>",
-                "is XML of OpenRAVE, which is not read, with 2 bodies (base, f) and 1 joints (j)",
+                "<Environment><Robot name='g'><KinBody/></Robot><KinBody name='mug'/></Environment>",
+                "is an environment of OpenRAVE with 2 robots and kinbodies (g, mug)",
             ),
         ] {
             let problem = recognise(text).problem();

@@ -18,8 +18,7 @@ pub(super) fn recognised(text: &str, file: &Glance<'_>) -> Option<String> {
         );
     }
     let root = file.root.to_ascii_lowercase();
-    let of_openrave = matches!(&*root, "robot" | "kinbody" | "environment")
-        && text.to_ascii_lowercase().contains("<kinbody");
+    let of_openrave = root == "environment" && text.to_ascii_lowercase().contains("<kinbody");
     if root != "world" && !of_openrave {
         return None;
     }
@@ -28,17 +27,16 @@ pub(super) fn recognised(text: &str, file: &Glance<'_>) -> Option<String> {
         let objects = names(&document, "rigidobject");
         let terrains = names(&document, "terrain");
         return Some(format!(
-            "is a world of Klamp't with {}, {} and {}: name the file of one robot; objects and terrains become a task by its task.toml",
+            "is a world of Klamp't with {}, {} and {}: name the file of one robot; `palmares task import` makes a task of objects and terrains",
             listed("robots", &files(&document)),
             listed("objects", &objects),
             listed("terrains", &terrains)
         ));
     }
-    let (bodies, joints) = (names(&document, "body"), names(&document, "joint"));
+    let robots = [names(&document, "robot"), names(&document, "kinbody")].concat();
     Some(format!(
-        "is XML of OpenRAVE, which is not read, with {} and {}: write its links and joints as URDF, with the same names",
-        listed("bodies", &bodies),
-        listed("joints", &joints)
+        "is an environment of OpenRAVE with {}: name the file of one robot, or write its <Robot> into a file of its own",
+        listed("robots and kinbodies", &robots)
     ))
 }
 

@@ -2,9 +2,9 @@
 
 mod drivers;
 mod join;
-mod lines;
+pub(crate) mod lines;
 mod robot;
-mod rotation;
+pub(crate) mod rotation;
 mod touching;
 
 use palmares_models::{Pose, Rotation, Vec3};

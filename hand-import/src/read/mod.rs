@@ -7,8 +7,9 @@ pub(crate) mod content;
 pub(crate) mod element;
 mod foreign;
 mod graspit;
-mod klampt;
+pub(crate) mod klampt;
 mod mjcf;
+mod openrave;
 pub(crate) mod reading;
 mod sdf;
 mod urdf;
@@ -72,6 +73,7 @@ formats! {
     Sdf => sdf, "SDF", ["sdf"];
     Klampt => klampt, "Klamp't .rob", ["rob"];
     Graspit => graspit, "GraspIt! XML", ["xml"];
+    OpenRave => openrave, "OpenRAVE XML", ["xml"];
 }
 
 /// Reads the description at `path`.

@@ -1,6 +1,7 @@
 //! Writes a completed draft: `hand.urdf`, `hand.toml`. Every decision is a comment at its place in one of them.
 
 pub(crate) mod settings;
+pub(crate) mod tendon_lines;
 pub(crate) mod urdf;
 
 use std::collections::BTreeSet;

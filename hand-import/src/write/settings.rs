@@ -6,12 +6,21 @@ use palmares_models::hand::CoordinateSettings;
 use palmares_models::hand::number::{Entry, Number, Numbers, Unstated};
 
 use super::{Comments, number};
-use crate::complete::{Complete, ServoNumbers};
+use crate::complete::{Complete, Finger, Servo, ServoNumbers};
 use crate::decision::At;
 use crate::draft::{Draft, JointKind, TendonPath};
 
-/// The text of `hand.toml`.
-pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>) -> String {
+/// The line of `hand.toml` before the servos that the lines of tendons replace.
+const REPLACED: &str =
+    "# Servos of the fingers. The lines after \"Tendons\", without \"# \", replace all from here on.";
+
+/// The text of `hand.toml`. The servos of `fingers` are its last tables, after [`REPLACED`].
+pub(crate) fn settings(
+    hand: &Complete,
+    fingers: &[Finger<'_>],
+    head: &str,
+    comments: &mut Comments<'_>,
+) -> String {
     let draft = &hand.draft;
     let mut out = format!("# {head}\n");
     let of_joints = hand.servos.iter().map(|servo| servo.motor.as_str());
@@ -75,7 +84,13 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
             };
         }
     }
-    servos(&mut out, hand, comments);
+    let of_finger = |servo: &Servo| {
+        fingers.iter().flat_map(|finger| &finger.joints).any(|joint| joint.name == servo.joint)
+    };
+    let (of_fingers, others): (Vec<&Servo>, Vec<&Servo>) =
+        hand.servos.iter().partition(|servo| of_finger(servo));
+    every_servo(&mut out, hand);
+    servos(&mut out, hand, &others, comments);
     for spring in &draft.springs {
         let _ = writeln!(out, "\n[springs.{}]\njoints = {}", key(&spring.name), inline(&spring.joints));
         entries(&mut out, spring.numbers.entries());
@@ -109,6 +124,10 @@ pub(crate) fn settings(hand: &Complete, head: &str, comments: &mut Comments<'_>)
         for (name, x) in stated {
             let _ = writeln!(out, "{name} = {}", number(x));
         }
+    }
+    if !of_fingers.is_empty() {
+        let _ = writeln!(out, "\n{}", REPLACED);
+        servos(&mut out, hand, &of_fingers, comments);
     }
     out
 }
@@ -153,15 +172,19 @@ fn limits(draft: &Draft, name: &str) -> Vec<[f64; 2]> {
     of(name).into_iter().chain(given).collect()
 }
 
-/// The servos: what all have in common, and what each has of its own.
-fn servos(out: &mut String, hand: &Complete, comments: &mut Comments<'_>) {
-    let pairs = || hand.servos.iter().filter_map(|servo| Some((servo, servo.numbers?)));
+/// Stiffness and damping that all servos have in common.
+fn in_common(hand: &Complete) -> [Option<f64>; 2] {
+    let numbers: Vec<ServoNumbers> = hand.servos.iter().filter_map(|servo| servo.numbers).collect();
     let same = |of: fn(&ServoNumbers) -> f64| {
-        let mut all = pairs().map(|(_, numbers)| of(&numbers));
-        let first = all.next()?;
-        (pairs().count() > 1 && all.all(|other| other == first)).then_some(first)
+        let first = of(numbers.first()?);
+        (numbers.len() > 1 && numbers.iter().all(|other| of(other) == first)).then_some(first)
     };
-    let (stiffness, damping) = (same(|servo| servo.stiffness), same(|servo| servo.damping));
+    [same(|servo| servo.stiffness), same(|servo| servo.damping)]
+}
+
+/// What all servos have in common.
+fn every_servo(out: &mut String, hand: &Complete) {
+    let [stiffness, damping] = in_common(hand);
     if stiffness.is_some() || damping.is_some() {
         out.push_str("\n[every_servo]\n");
         for (field, value) in [("stiffness", stiffness), ("damping", damping)] {
@@ -170,7 +193,12 @@ fn servos(out: &mut String, hand: &Complete, comments: &mut Comments<'_>) {
             }
         }
     }
-    for (servo, numbers) in pairs() {
+}
+
+/// What each of these servos has of its own.
+fn servos(out: &mut String, hand: &Complete, servos: &[&Servo], comments: &mut Comments<'_>) {
+    let [stiffness, damping] = in_common(hand);
+    for (servo, numbers) in servos.iter().filter_map(|servo| Some((*servo, servo.numbers?))) {
         let lines = comments.at(&At::Motor(servo.motor.clone()));
         let mut own = String::new();
         if let Some(range) = numbers.range {
@@ -254,7 +282,7 @@ fn comment(out: &mut String, lines: Vec<String>) {
 }
 
 /// `{ a = 1, b = -1 }`
-fn inline(list: &[(String, f64)]) -> String {
+pub(crate) fn inline(list: &[(String, f64)]) -> String {
     let entries: Vec<String> =
         list.iter().map(|(name, x)| format!("{} = {}", key(name), number(*x))).collect();
     format!("{{ {} }}", entries.join(", "))
@@ -265,7 +293,7 @@ fn array(list: &[f64]) -> String {
 }
 
 /// A TOML key: bare if it can be.
-fn key(name: &str) -> String {
+pub(crate) fn key(name: &str) -> String {
     let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
     if bare { name.to_owned() } else { quoted(name) }
 }

@@ -1,12 +1,15 @@
 //! Imports of small descriptions that use the features of published ones.
 
+mod arm;
 mod couplings;
+mod fingers;
 mod gaps;
 mod graspit;
 mod hostile;
 mod klampt;
 mod meshes;
 mod mjcf;
+mod openrave;
 mod round_trip;
 mod urdf;
 mod xacro;

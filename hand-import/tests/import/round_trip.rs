@@ -114,6 +114,30 @@ fn an_exported_built_in_hand_comes_back_from_urdf_and_mjcf() {
     }
 }
 
+/// Other programs read no hand.toml, which takes inertias from the shapes.
+#[test]
+fn an_exported_urdf_states_the_inertias_of_the_hand() {
+    for original in builtin_hands() {
+        let exported = export(&original.name, ExportTarget::Urdf).expect("exported");
+        let folder = tempfile::tempdir().expect("a folder");
+        exported.write(folder.path(), true).expect("written");
+        let settings = fs::read_to_string(folder.path().join("hand.toml")).expect("text");
+        let mut settings: toml::Table = settings.parse().expect("TOML");
+        settings.remove("inertia");
+        fs::write(folder.path().join("hand.toml"), settings.to_string()).expect("written");
+        let copy = hand(folder.path(), &LoadOptions::default()).expect("loads").hand;
+        for (a, b) in original.links.iter().zip(&copy.links) {
+            let name = format!("{}: {}", original.name, a.name);
+            let (a, b) = (a.inertia, b.inertia);
+            let size = a.about_com.to_cols_array().iter().fold(0.0f64, |size, x| size.max(x.abs()));
+            let off =
+                (a.about_com - b.about_com).to_cols_array().iter().fold(0.0f64, |off, x| off.max(x.abs()));
+            assert!(off <= 1e-9 * size, "{name}: {:?} and {:?}", a.about_com, b.about_com);
+            assert!((a.com - b.com).length() < 1e-12 && (a.mass - b.mass).abs() < 1e-12, "{name}");
+        }
+    }
+}
+
 #[test]
 fn an_imported_built_in_hand_has_the_closed_form_of_the_original() {
     let folders = folders();

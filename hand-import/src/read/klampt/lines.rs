@@ -2,14 +2,14 @@
 
 /// A keyword and its values.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Line {
+pub(crate) struct Line {
     /// In lower case: Klamp't does not distinguish.
-    pub(super) keyword: String,
-    pub(super) words: Vec<String>,
+    pub(crate) keyword: String,
+    pub(crate) words: Vec<String>,
 }
 
 /// The lines with content.
-pub(super) fn lines(text: &str) -> Vec<Line> {
+pub(crate) fn lines(text: &str) -> Vec<Line> {
     let mut lines = Vec::new();
     let mut words: Vec<String> = Vec::new();
     for line in text.lines() {
@@ -26,7 +26,7 @@ pub(super) fn lines(text: &str) -> Vec<Line> {
 }
 
 /// A number; `inf` is one.
-pub(super) fn number(word: &str) -> Option<f64> {
+pub(crate) fn number(word: &str) -> Option<f64> {
     word.parse().ok().filter(|x: &f64| !x.is_nan())
 }
 

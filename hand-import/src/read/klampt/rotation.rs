@@ -3,12 +3,12 @@
 use palmares_models::{Mat3, Rotation, Vec3};
 
 /// Columns of a rotation that is given row by row.
-pub(super) fn columns(rows: &[f64]) -> [Vec3; 3] {
+pub(crate) fn columns(rows: &[f64]) -> [Vec3; 3] {
     [0, 1, 2].map(|k| Vec3::new(rows[k], rows[3 + k], rows[6 + k]))
 }
 
 /// The rotation with these columns, which may have one common length; `None` if they are not orthogonal and right-handed.
-pub(super) fn rotation(columns: [Vec3; 3]) -> Option<Rotation> {
+pub(crate) fn rotation(columns: [Vec3; 3]) -> Option<Rotation> {
     const EXACT: f64 = 1e-3;
     let size = columns[0].length();
     let [x, y, z] = columns.map(|column| column / size);
