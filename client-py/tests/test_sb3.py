@@ -42,6 +42,17 @@ def test_ppo_learns_with_a_dictionary_and_with_a_vector() -> None:
     sb3.PPO("MlpPolicy", env, **PPO).learn(16)
 
 
+def test_statistics_of_episodes_have_entries_of_the_info() -> None:
+    env = made(flat=True, info_keywords=("score", "tick"))
+    learner = sb3.PPO("MlpPolicy", env, **PPO)
+    learner.learn(32)
+    assert [episode["tick"] for episode in learner.ep_info_buffer] == [50] * 6
+    assert {episode["score"] for episode in learner.ep_info_buffer} == {0.0}
+    learner = sb3.PPO("MlpPolicy", made(flat=True, info_keywords=["height"]), **PPO)
+    with pytest.raises(ValueError, match=r"info_keywords: found 'height'; wanted some of .*score"):
+        learner.learn(32)
+
+
 def test_ppo_learns_with_a_camera() -> None:
     env = made(cameras=["top.rgb"], keys=["rgb_top", "motors"], render_mode="rgb_array")
     learner = sb3.PPO("MultiInputPolicy", env, **PPO | {"n_steps": 2, "batch_size": 4})

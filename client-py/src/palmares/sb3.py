@@ -45,6 +45,8 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         num_envs: Number of environments.
         keys: Fields of the observation, all when left out.
         flat: One vector (n,) of float32 instead of a dictionary, in the order of the keys.
+        info_keywords: Entries of the last info of an episode that ``episode`` has, too, as those of
+            ``VecMonitor``: with ``("score",)`` ``model.ep_info_buffer`` has the scores.
         options: Further arguments of `BatchEnv`, such as ``shaping``, ``observations`` and
             ``max_episode_steps``.
 
@@ -64,6 +66,7 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         *,
         keys: Sequence[str] | None = None,
         flat: bool = False,
+        info_keywords: Sequence[str] = (),
         **options: Any,
     ) -> None:
         self.env = BatchEnv(task, hand, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options)
@@ -73,7 +76,7 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         for key in self._keys:
             if key not in known.spaces:
                 raise ValueError(f"keys: found {key!r}; wanted some of {', '.join(known)}")
-        self._flat = flat
+        self._flat, self._info_keywords = flat, tuple(info_keywords)
         boxes = {key: _single_precision(known[key]) for key in self._keys}
         space: spaces.Space[Any] = spaces.Dict(boxes)
         if flat:
@@ -142,10 +145,18 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
                     "r": float(self._returns[k]),
                     "l": int(self._lengths[k]),
                     "t": round(time.perf_counter() - self._begun, 6),
-                },
+                }
+                | self._of_keywords(infos[k]),
             }
         self._returns[dones], self._lengths[dones] = 0.0, 0
         return self._chosen(observations), rewards.astype(np.float32), dones, infos
+
+    def _of_keywords(self, info: dict[str, Any]) -> dict[str, Any]:
+        """Return the entries of an info that the statistics of its episode have."""
+        for name in self._info_keywords:
+            if name not in info:
+                raise ValueError(f"info_keywords: found {name!r}; wanted some of {', '.join(info)}")
+        return {name: info[name] for name in self._info_keywords}
 
     def _chosen(self, observations: dict[str, NDArray[Any]]) -> Observations:
         """Return the fields of the keys."""

@@ -127,6 +127,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         of_base = base_space(self._base, known.specs, task_info.arm)
         motors, middle = np.full(length - len(of_base.low), 0.5), 0.5 * (of_base.low + of_base.high)
+        self._action_scale = chosen.scale(length)
         self._scale, self._shift = np.append(of_base.high - middle, motors), np.append(middle, motors)
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
@@ -259,7 +260,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         went = ~begun
         if self._base == "pose" and begun.any():  # Their actions are ignored, also quaternions of no length.
             actions = np.where(begun[:, np.newaxis], 1.0, actions)
-        stepped = self.batch.step(actions * self._scale + self._shift, self._ticks, went)
+        scaled = actions * self._action_scale
+        stepped = self.batch.step(scaled * self._scale + self._shift, self._ticks, went)
         self._steps[went] += 1
         rewards = np.where(went, stepped.rewards, 0.0)
         terminated, truncated = stepped.terminated, stepped.truncated

@@ -35,7 +35,7 @@ from palmares.wire import BaseTarget
 if TYPE_CHECKING:
     from palmares.sim import World
 
-REFUSED = OF_BATCH | {"observations", "goal", "reward", "observe"}
+REFUSED = OF_BATCH | {"observations", "goal", "reward", "observe", "action_scale"}
 """Settings that it does not have"""
 CLIENTS = [name for name in signature(Client).parameters if name not in ("url", "training")]
 """Arguments of `Client` without `url` and `training`"""
