@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from palmares.arrays import Array, array
 pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
 from palmares.examples import _grasp_runs as grasp_runs
-from palmares.examples import train_grasp_cem, train_lift_sb3, train_lift_shaped
+from palmares.examples import train_grasp_cem, train_lift_sb3, train_lift_shaped, train_peg_reward
 from palmares.rotation import angle_between, matrix_of, quat_of
 from palmares.rotation import rot_zyz as matrix_zyz
 from palmares.sim import Batch
@@ -206,6 +208,43 @@ def test_the_curriculum_widens_when_runs_score(monkeypatch: pytest.MonkeyPatch) 
         for _ in range(train_lift_shaped.DECISIONS):
             lifts.step(np.zeros((2, train_lift_shaped.ACTIONS)))
         assert lifts.stages == stages
+
+
+def fields_of_peg(rise_m: float, angle_rad: float) -> dict[str, Array]:
+    """Return fields of one environment: the hand turned about x, its grasp centre 0.1 m above the grip."""
+    quat = [np.sin(angle_rad / 2), 0.0, 0.0, np.cos(angle_rad / 2)]
+    objects = np.zeros((1, 2, 13))
+    objects[0, 0, 2] = train_peg_reward.PEG_HEIGHT_M + rise_m
+    grip = objects[0, 0, :3] + [0.0, 0.0, train_peg_reward.GRIP_M]
+    at = grip + array([0.0, 0.0, 0.1]) - matrix_of(quat) @ train_peg_reward.GRASP_CENTRE_M
+    return {"base": np.array([[*at, *quat, *np.zeros(6)]]), "objects": objects}
+
+
+def test_the_reward_of_the_peg_is_the_way_to_it_and_its_rise() -> None:
+    for angle in (0.0, 0.7, np.pi):
+        fields = fields_of_peg(0.02, angle)
+        down = matrix_of([np.sin(angle / 2), 0.0, 0.0, np.cos(angle / 2)]).T @ [0.0, 0.0, -0.1]
+        np.testing.assert_allclose(train_peg_reward.way(fields), [down], atol=1e-12)
+        assert train_peg_reward.potential(fields) == pytest.approx(2.0 * np.exp(-0.6) + 0.6)
+    before, after = fields_of_peg(0.0, 0.7), fields_of_peg(0.05, 0.7)
+    step: Any = SimpleNamespace(before=before, after=after, rewards=np.array([1.0]))
+    assert train_peg_reward.reward(step) == pytest.approx(1.0 + 1.5 + 0.02)
+    assert train_peg_reward.potential(fields_of_peg(0.5, 0.0)) == pytest.approx(2.0 * np.exp(-0.6) + 3.0)
+
+
+def test_an_own_reward_gives_the_same_curve_for_any_number_of_threads(tmp_path: Path) -> None:
+    sb3 = pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: `learn`")
+    learned = [
+        train_peg_reward.train(
+            4, updates=2, envs=2, tests=2, threads=threads, policy=tmp_path / f"{threads}.zip"
+        )
+        for threads in (1, 2)
+    ]
+    assert learned[0].curve == learned[1].curve
+    assert (learned[0].rises, learned[0].scores) == (learned[1].rises, learned[1].scores)
+    assert [(point.update, point.episodes) for point in learned[0].curve] == [(1, 4), (2, 8)]
+    assert learned[0].curve[0].reward != learned[0].curve[1].reward
+    assert sb3.PPO.load(tmp_path / "1.zip", device="cpu").observation_space.shape == (38,)
 
 
 def test_ppo_in_one_file_gives_the_same_policy_for_any_number_of_threads(tmp_path: Path) -> None:
