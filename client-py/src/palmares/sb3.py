@@ -94,10 +94,12 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         """Open a run in every environment.
 
         ``set_options`` takes ``parameters``: numbers given for these runs rather than drawn, as of
-        `palmares.gym.PalmaresEnv.reset`, for all environments or, in a list, for each.
+        `palmares.gym.PalmaresEnv.reset`, for all environments or, in a list, for each; and ``state``:
+        recorded states for these runs and all later ones, the same for all environments.
 
         Raises:
-            ValueError: Another option, or a parameter that is invalid or that some environments lack.
+            ValueError: Another option, a parameter that is invalid or that some environments lack, or states
+                that do not fit or differ between environments.
 
         """
         seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
@@ -111,7 +113,12 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
     def _given(self) -> dict[str, Any] | None:
         """Return the options of `set_options` as `BatchEnv` has them."""
         for options in self._options:
-            refuse_options(options, ("parameters",))
+            refuse_options(options, ("parameters", "state"))
+        states = [options for options in self._options if options and "state" in options]
+        if states and (
+            len(states) < self.num_envs or any(it["state"] is not states[0]["state"] for it in states)
+        ):
+            raise ValueError("state: found another for some environments; wanted one dictionary for all")
         rows = [(options or {}).get("parameters") or {} for options in self._options]
         names = {name for row in rows for name in row}
         for name in names:
@@ -120,7 +127,8 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
                     f"parameters: found no {name!r} for environments {missing}; wanted it for all"
                 )
         given = {name: np.stack(np.broadcast_arrays(*(row[name] for row in rows))) for name in sorted(names)}
-        return {"parameters": given} if given else None
+        chosen = {"parameters": given} if given else {}
+        return (chosen | ({"state": states[0]["state"]} if states else {})) or None
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Keep the actions for `step_wait`."""
