@@ -22,6 +22,7 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 try:
+    from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import VecEnv
 except ImportError as missing:
     raise ImportError("palmares.sb3 needs stable-baselines3: pip install 'palmares[learn]'") from missing
@@ -202,9 +203,12 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         result = getattr(self.env, method_name)(*args, **kwargs)
         return [result for _ in self._get_indices(indices)]
 
-    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:  # noqa: ARG002
-        """Return False for each environment."""
-        return [False for _ in self._get_indices(indices)]
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """Return whether each environment has a wrapper of gymnasium: only ``Monitor``, in effect.
+
+        So `evaluate_policy` takes the statistics of episodes that it has itself, without a warning.
+        """
+        return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
     def get_images(self) -> list[NDArray[Any] | None]:
         """Return a picture of each world, (height, width, 3) of uint8; needs ``render_mode="rgb_array"``."""
