@@ -210,26 +210,45 @@ def test_the_curriculum_widens_when_runs_score(monkeypatch: pytest.MonkeyPatch) 
         assert lifts.stages == stages
 
 
-def fields_of_peg(rise_m: float, angle_rad: float) -> dict[str, Array]:
-    """Return fields of one environment: the hand turned about x, its grasp centre 0.1 m above the grip."""
-    quat = [np.sin(angle_rad / 2), 0.0, 0.0, np.cos(angle_rad / 2)]
+def fields_of_peg(rise_m: float, up: float, off_m: float, sigma: float) -> dict[str, Array]:
+    """Return fields of one environment.
+
+    Args:
+        rise_m: Rise of the peg.
+        up: Vertical part of the thumb's direction, by a turn of the hand about x.
+        off_m: Horizontal distance of the grip from the peg.
+        sigma: Position of the motor.
+
+    """
+    angle = np.arcsin(up)
+    quat = [np.sin(angle / 2), 0.0, 0.0, np.cos(angle / 2)]
     objects = np.zeros((1, 2, 13))
     objects[0, 0, 2] = train_peg_reward.PEG_HEIGHT_M + rise_m
-    grip = objects[0, 0, :3] + [0.0, 0.0, train_peg_reward.GRIP_M]
-    at = grip + array([0.0, 0.0, 0.1]) - matrix_of(quat) @ train_peg_reward.GRASP_CENTRE_M
-    return {"base": np.array([[*at, *quat, *np.zeros(6)]]), "objects": objects}
+    grip = objects[0, 0, :3] + array([off_m, 0.0, train_peg_reward.GRIP_M])
+    at = grip - matrix_of(quat) @ train_peg_reward.IN_HAND_M
+    motors = np.zeros((1, 1, 4))
+    motors[0, 0, 1] = sigma
+    return {"base": np.array([[*at, *quat, *np.zeros(6)]]), "objects": objects, "motors": motors}
 
 
-def test_the_reward_of_the_peg_is_the_way_to_it_and_its_rise() -> None:
-    for angle in (0.0, 0.7, np.pi):
-        fields = fields_of_peg(0.02, angle)
-        down = matrix_of([np.sin(angle / 2), 0.0, 0.0, np.cos(angle / 2)]).T @ [0.0, 0.0, -0.1]
-        np.testing.assert_allclose(train_peg_reward.way(fields), [down], atol=1e-12)
-        assert train_peg_reward.potential(fields) == pytest.approx(2.0 * np.exp(-0.6) + 0.6)
-    before, after = fields_of_peg(0.0, 0.7), fields_of_peg(0.05, 0.7)
+def test_the_reward_of_the_peg_is_the_gain_by_reach_turn_wrap_and_lift() -> None:
+    def potential(rise_m: float, up: float = 1.0, off_m: float = 0.0, sigma: float = 0.0) -> float:
+        (found,) = train_peg_reward.potential(fields_of_peg(rise_m, up, off_m, sigma))
+        return float(found)
+
+    far = fields_of_peg(0.0, 0.5, 0.2, 0.0)
+    np.testing.assert_allclose(np.linalg.norm(train_peg_reward.way(far), axis=1), [0.2], rtol=1e-9)
+    assert potential(0.0, 0.5, 0.2) == pytest.approx(0.5 - 1.0)
+    assert potential(0.0) == pytest.approx(1.0)
+    # A closed hand is worth something around the peg, and costs something elsewhere.
+    assert potential(0.0, sigma=1.0) == pytest.approx(1.0 + 3.0)
+    assert potential(0.0, 1.0, 0.2, 1.0) == pytest.approx(1.0 - 1.0 - 1.0, abs=1e-5)
+    assert potential(-0.08, sigma=1.0) == pytest.approx(1.0 - 1.0 - 0.3)
+    assert potential(0.05, sigma=1.0) == pytest.approx(1.0 + 3.0 + 1.5)
+    assert potential(0.5, sigma=1.0) == pytest.approx(1.0 + 3.0 + 3.0)
+    before, after = fields_of_peg(0.0, 1.0, 0.0, 1.0), fields_of_peg(0.05, 1.0, 0.0, 1.0)
     step: Any = SimpleNamespace(before=before, after=after, rewards=np.array([1.0]))
     assert train_peg_reward.reward(step) == pytest.approx(1.0 + 1.5 + 0.02)
-    assert train_peg_reward.potential(fields_of_peg(0.5, 0.0)) == pytest.approx(2.0 * np.exp(-0.6) + 3.0)
 
 
 def test_an_own_reward_gives_the_same_curve_for_any_number_of_threads(tmp_path: Path) -> None:
@@ -242,7 +261,7 @@ def test_an_own_reward_gives_the_same_curve_for_any_number_of_threads(tmp_path: 
     ]
     assert learned[0].curve == learned[1].curve
     assert (learned[0].rises, learned[0].scores) == (learned[1].rises, learned[1].scores)
-    assert [(point.update, point.episodes) for point in learned[0].curve] == [(1, 4), (2, 8)]
+    assert [(point.update, point.episodes) for point in learned[0].curve] == [(1, 2), (2, 4)]
     assert learned[0].curve[0].reward != learned[0].curve[1].reward
     assert sb3.PPO.load(tmp_path / "1.zip", device="cpu").observation_space.shape == (38,)
 
