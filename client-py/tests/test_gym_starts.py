@@ -146,6 +146,30 @@ def test_the_numbers_of_the_scene_are_drawn_all_the_same() -> None:
     np.testing.assert_allclose(shaping, 0.99 * after - before, atol=1e-9)
 
 
+@pytest.mark.parametrize("make", [FlatEnv, lambda task, hand, **options: BatchEnv(task, hand, 1, **options)])
+def test_objects_that_a_state_lacks_stay_where_the_scene_has_them(make: Any) -> None:
+    few = Batch("balls", "pinch", 1, threads=1, training=palmares.Training(fraction=0.3))
+    few.reset([3])
+    state, scene = few.state(), World("balls", "pinch", 8).state().objects
+    state.objects[0, :3, 2] += 0.2
+    fields, _ = make("balls", "pinch").reset(seed=8, options={"state": state})
+    found = fields["objects"].reshape(10, 13)
+    np.testing.assert_allclose(found[:3], state.objects[0, :3], atol=1e-12)
+    np.testing.assert_allclose(found[3:], scene[3:], atol=1e-12)
+    # An environment with as few takes states and snapshots of its own world, and leaves out what it lacks.
+    world = World("balls", "pinch", 3, training=palmares.Training(fraction=0.3))
+    whole = World("balls", "pinch", 4).state()
+    env = make("balls", "pinch", fraction=0.3)
+    for given in (world.state(), world.snapshot(), whole):
+        fields, _ = env.reset(seed=8, options={"state": given})
+        found = fields["objects"].reshape(10, 13)
+        expected = world.state().objects if given is not whole else whole.objects[:3]
+        np.testing.assert_allclose(found[:3], expected, atol=1e-12)
+        assert not found[3:].any()
+    with pytest.raises(ValueError, match=r"objects: found shape \(1, 3, 13\); wanted \(1, 10, 13\)"):
+        make("balls", "pinch").reset(seed=8, options={"state": world.state()})
+
+
 def test_goals_images_and_own_functions_are_of_the_state() -> None:
     (state,) = states(1)
     lifted = state.replace(objects=state.objects + np.eye(1, 13, 2) * 0.2)

@@ -84,7 +84,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
                 "gymnasium.make has the errors of colours"
             )
         self._form = Form(chosen)
-        self._made = task, hand, noise, chosen.for_learners
+        self._made = task, hand, noise
         self.batch = Batch(
             task,
             hand,
@@ -196,7 +196,11 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         """Return the states of the options, or those that hold."""
         if "state" not in options:
             return self._starts
-        return None if options["state"] is None else starts_of(options["state"], *self._made)
+        return (
+            None
+            if options["state"] is None
+            else starts_of(options["state"], *self._made, self.batch.training)
+        )
 
     def _opened(
         self,
@@ -218,7 +222,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         infos = {"seed": np.where(mask, found, 0), "_seed": mask.copy()}
         if self._starts is not None:
             start = np.array([self._starts.drawn(found[k]) if mask[k] else 0 for k in range(self.num_envs)])
-            fields = self.batch.set_state(self._starts.rows(start), mask)
+            fields = self.batch.set_state(self._starts.rows(start, self.batch.state().objects), mask)
             infos |= {"start": start, "_start": mask.copy()}
         if self._reward is not None:
             self._before = copied(fields)

@@ -228,7 +228,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self._starts, info = starts, {"seed": seed}
         if starts is not None:
             info["start"] = starts.drawn(seed)
-            obs = self._player.place(starts.row(info["start"]), self._cameras)
+            obs = self._player.place(starts, info["start"], self._cameras)
         found = len(self._player.scene.free)
         whole = self.fraction == 1.0
         if self._objects is not None and (found > self._objects or (whole and found < self._objects)):

@@ -21,7 +21,7 @@ from palmares.training import Training
 from palmares.wire import BaseTarget, HandInfo, TaskInfo
 
 if TYPE_CHECKING:
-    from palmares.sim import State
+    from palmares.gym.starts import Starts
 
 
 class Player:
@@ -119,11 +119,11 @@ class Player:
                 raise ValueError(str(refused).removeprefix("bad_request: ")) from None
             raise
 
-    def place(self, state: State, cameras: Iterable[str]) -> Observation:
-        """Put the run of this process into a state; return the observation."""
+    def place(self, starts: Starts, index: int, cameras: Iterable[str]) -> Observation:
+        """Put the run of this process into a recorded state; return the observation."""
         world = self.client.world
         assert world is not None
-        world.set_state(state)
+        world.set_state(starts.rows(index, world.state().objects))
         return world.observe(cameras=cameras)
 
     def step(

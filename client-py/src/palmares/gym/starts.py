@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palmares.arguments import Noise, short
 from palmares.arrays import Array
@@ -35,16 +36,17 @@ class Starts:
         """Return the index of the state of the scene of a seed."""
         return int(np.random.default_rng([int(seed), _STREAM]).integers(len(self.arrays["base"])))
 
-    def rows(self, indices: Sequence[int] | Array) -> State:
-        """Return the states of these indices as one with a first axis (N, …)."""
-        chosen = np.asarray(indices, dtype=np.int64)
-        arrays: dict[str, Any] = {name: values[chosen] for name, values in self.arrays.items()}
-        return State(**arrays)
+    def rows(self, indices: Any, objects: Array) -> State:
+        """Return states, to be put into runs.
 
-    def row(self, index: int) -> State:
-        """Return one state."""
-        arrays: dict[str, Any] = {name: values[index] for name, values in self.arrays.items()}
-        return State(**arrays)
+        Args:
+            indices: Of one state, or of N.
+            objects: As `State.objects`, of the runs: those that a state lacks stay where they are.
+
+        """
+        arrays: dict[str, Any] = {name: values[indices] for name, values in self.arrays.items()}
+        kept = arrays["objects"][..., : objects.shape[-2], :]
+        return State(**arrays | {"objects": _filled(kept, objects)})
 
 
 def starts_of(
@@ -64,11 +66,12 @@ def starts_of(
             no world takes.
 
     """
-    # All objects of the task, so that every row of a state is checked.
-    options = None if training is None else replace(training, fraction=1.0)
-    trial = Batch(task, hand, 1, noise=noise, threads=1, training=options)
-    trial.reset([0])
-    found = [_arrays(name, one, trial, (task, hand, noise)) for name, one in _each(given)]
+    # The first has all objects of the task, so that every row of a state is checked.
+    whole = None if training is None else replace(training, fraction=1.0)
+    trials = [Batch(task, hand, 1, noise=noise, threads=1, training=it) for it in (whole, training, None)]
+    for trial in trials:
+        trial.reset([0])
+    found = [_arrays(name, one, trials, f"task {task!r} and hand {hand!r}") for name, one in _each(given)]
     if not found:
         raise ValueError("options: state: found no states; wanted at least one, or None")
     return Starts({name: np.stack([one[name] for one in found]) for name in found[0]})
@@ -97,29 +100,52 @@ def _each(given: Any) -> Iterable[tuple[str, Any]]:
 _WANTED = "wanted a palmares.sim.State or Snapshot, several of them in a list, or None"
 
 
-def _arrays(name: str, one: Any, trial: Batch, made_with: tuple[str, str, Noise]) -> dict[str, Array]:
-    """Return the arrays of a state after a trial in a world."""
+def _arrays(name: str, one: Any, trials: Sequence[Batch], of: str) -> dict[str, Array]:
+    """Return the arrays of a state after a trial in a world.
+
+    Args:
+        name: Name of the state in errors.
+        one: The state.
+        trials: Worlds with all objects, with those of the environment, and of the task without options.
+        of: Task and hand in errors.
+
+    """
     if isinstance(one, Snapshot):
-        one = _of_snapshot(name, one, trial, made_with)
+        one = _of_snapshot(name, one, trials)
     if not isinstance(one, State):
         raise ValueError(f"{name}: found {short(one)}; {_WANTED}")
     rows: dict[str, Any] = {
         part: np.asarray(getattr(one, part), dtype=np.float64)[np.newaxis] for part in _PLACED
     }
+    trial, own = (it.state().objects for it in trials[:2])
+    if rows["objects"].shape[1:] == (np.count_nonzero(_there(own)), 13):
+        # A world has no rows of objects that a fraction leaves out.
+        rows["objects"] = np.concatenate([rows["objects"], np.zeros_like(trial)], axis=1)[:, : trial.shape[1]]
     try:
-        trial.set_state(**rows)
+        trials[0].set_state(**rows | {"objects": _filled(rows["objects"], trial)})
     except ValueError as refused:
-        task, hand, _ = made_with
-        raise ValueError(f"{name}: {refused}, as a state of task {task!r} and hand {hand!r} has it") from None
-    tension = np.zeros(trial.state().tension.shape[1])
+        raise ValueError(f"{name}: {refused}, as a state of {of} has it") from None
+    tension = np.zeros(trials[0].state().tension.shape[1])
     return {part: values[0] for part, values in rows.items()} | {"tension": tension}
 
 
-def _of_snapshot(name: str, one: Snapshot, trial: Batch, made_with: tuple[str, str, Noise]) -> State:
+def _there(objects: Array) -> NDArray[np.bool_]:
+    """Return which objects (…, 13) are there, (…, 1): a run with fewer has rows of zeros."""
+    found: NDArray[np.bool_] = np.any(objects[..., :7] != 0.0, axis=-1, keepdims=True)
+    return found
+
+
+def _filled(objects: Array, others: Array) -> Array:
+    """Return objects (…, n, 13) as a run has them, whose own are `others`: those that are missing."""
+    if objects.shape != others.shape:
+        return objects  # The world says what is wrong.
+    return np.where(_there(objects), objects, others)
+
+
+def _of_snapshot(name: str, one: Snapshot, trials: Sequence[Batch]) -> State:
     """Return the state in a snapshot of a run with the options of the environment, or of the task's own."""
-    task, hand, noise = made_with
     refused = ""
-    for world in (trial, Batch(task, hand, 1, noise=noise, threads=1)):
+    for world in trials:
         try:
             world.restore(0, one)
         except ValueError as error:
