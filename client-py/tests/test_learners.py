@@ -217,7 +217,7 @@ def fields_of_peg(rise_m: float, up: float, off_m: float, sigma: float) -> dict[
         rise_m: Rise of the peg.
         up: Vertical part of the thumb's direction, by a turn of the hand about x.
         off_m: Horizontal distance of the grip from the peg.
-        sigma: Position of the motor.
+        sigma: Command of the motor.
 
     """
     angle = np.arcsin(up)
@@ -227,7 +227,7 @@ def fields_of_peg(rise_m: float, up: float, off_m: float, sigma: float) -> dict[
     grip = objects[0, 0, :3] + array([off_m, 0.0, train_peg_reward.GRIP_M])
     at = grip - matrix_of(quat) @ train_peg_reward.IN_HAND_M
     motors = np.zeros((1, 1, 4))
-    motors[0, 0, 1] = sigma
+    motors[0, 0, 0] = sigma
     return {"base": np.array([[*at, *quat, *np.zeros(6)]]), "objects": objects, "motors": motors}
 
 
@@ -251,7 +251,28 @@ def test_the_reward_of_the_peg_is_the_gain_by_reach_turn_wrap_and_lift() -> None
     assert train_peg_reward.reward(step) == pytest.approx(1.0 + 1.5 + 0.02)
 
 
-def test_an_own_reward_gives_the_same_curve_for_any_number_of_threads(tmp_path: Path) -> None:
+def test_the_scripted_grasp_leads_from_the_start_to_the_lifted_peg() -> None:
+    states = train_peg_reward.starts()
+    scenes = len(train_peg_reward.SHOWN_SEEDS)
+    fields = {
+        "base": np.stack([state.base for state in states]),
+        "objects": np.stack([state.objects for state in states]),
+        "motors": np.stack([state.motors for state in states]),
+    }
+    potential = train_peg_reward.potential(fields).reshape(-1, scenes)
+    rises = train_peg_reward.rise(fields).reshape(-1, scenes)
+    assert len(potential) == 8
+    np.testing.assert_array_equal(potential[0], potential[2])
+    assert np.all(np.diff(potential[2:], axis=0) > 0.0)
+    assert np.all(np.abs(rises[:7]) < 0.01)
+    assert np.all(rises[7] > train_peg_reward.LIFTED_M)
+
+
+def test_an_own_reward_gives_the_same_curve_for_any_number_of_threads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(train_peg_reward, "TEST_EVERY", 2)
+    monkeypatch.setattr(train_peg_reward, "SHOWN_SEEDS", range(9001, 9002))
     sb3 = pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: `learn`")
     learned = [
         train_peg_reward.train(
@@ -263,6 +284,7 @@ def test_an_own_reward_gives_the_same_curve_for_any_number_of_threads(tmp_path: 
     assert (learned[0].rises, learned[0].scores) == (learned[1].rises, learned[1].scores)
     assert [(point.update, point.episodes) for point in learned[0].curve] == [(1, 2), (2, 4)]
     assert learned[0].curve[0].reward != learned[0].curve[1].reward
+    assert [point.lifted for point in learned[0].curve] == [None, 0.0]
     assert sb3.PPO.load(tmp_path / "1.zip", device="cpu").observation_space.shape == (38,)
 
 
