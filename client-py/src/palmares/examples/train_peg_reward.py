@@ -1,4 +1,4 @@
-"""Learn to reach, wrap and lift the peg with your own reward, observation and starts. Begin your training here.
+"""Learn to reach, wrap and lift the peg with your own reward, observation and starts: begin yours here.
 
     pip install 'palmares[learn]'
     python train_peg_reward.py --seed 1 --policy peg.zip --curve peg.json
