@@ -88,6 +88,43 @@ def test_a_single_environment_has_the_same_as_a_batch_of_one() -> None:
     check_env(FlatEnv("grasp", "pinch", **options), skip_render_check=True)
 
 
+def test_the_scale_of_actions_is_a_part_of_their_ranges() -> None:
+    act = actions(2, 8)
+    scale = np.array([0.25, 0.25, 0.25, 0.4, 0.4, 0.4, 1.0, 0.5])
+    scaled, plain = BatchEnv("grasp", "pinch", 2, action_scale=scale), BatchEnv("grasp", "pinch", 2)
+    one = FlatEnv("grasp", "pinch", action_scale=scale, reward=lambda step: step.actions[:, 0])
+    scaled.reset(seed=3)
+    plain.reset(seed=3)
+    one.reset(seed=3)
+    scaled.step(act)
+    plain.step(act * scale)
+    assert scaled.batch.state_hashes() == plain.batch.state_hashes()
+    # The reward has the action of the learner.
+    assert one.step(act[0])[1] == act[0, 0]
+    assert one.world is not None
+    assert one.world.state_hash() == plain.batch.state_hashes()[0]
+    whole = BatchEnv("grasp", "pinch", 2, action_scale=0.5)
+    whole.reset(seed=3)
+    plain.reset(seed=3)
+    whole.step(act)
+    plain.step(0.5 * act)
+    assert whole.batch.state_hashes() == plain.batch.state_hashes()
+
+
+@pytest.mark.parametrize("wrong", [0.0, 1.5, "half", [], [0.5, float("nan")], None])
+def test_a_scale_that_is_no_part_is_refused(wrong: Any) -> None:
+    with pytest.raises(ValueError, match=r"action_scale: found .*; wanted a number above 0 and at most 1"):
+        BatchEnv("grasp", "pinch", 1, action_scale=wrong)
+
+
+def test_a_scale_of_another_length_is_refused() -> None:
+    for make in (BatchEnv, FlatEnv):
+        with pytest.raises(ValueError, match="action_scale: found 2 numbers; wanted one, or 8"):
+            make("grasp", "pinch", action_scale=[0.5, 0.5])
+    with pytest.raises(TypeError, match="action_scale"):
+        PalmaresEnv("local", task="grasp", hand="pinch", action_scale=0.5)
+
+
 def test_a_batch_with_functions_of_a_module_is_copied() -> None:
     env = BatchEnv("grasp", "pinch", 2, reward=lifted, observe=places)
     env.reset(seed=3)

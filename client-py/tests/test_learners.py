@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from palmares.arrays import Array, array
 pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
 from palmares.examples import _grasp_runs as grasp_runs
-from palmares.examples import train_grasp_cem, train_lift_sb3, train_lift_shaped
+from palmares.examples import train_grasp_cem, train_lift_sb3, train_lift_shaped, train_peg_reward
 from palmares.rotation import angle_between, matrix_of, quat_of
 from palmares.rotation import rot_zyz as matrix_zyz
 from palmares.sim import Batch
@@ -206,6 +208,84 @@ def test_the_curriculum_widens_when_runs_score(monkeypatch: pytest.MonkeyPatch) 
         for _ in range(train_lift_shaped.DECISIONS):
             lifts.step(np.zeros((2, train_lift_shaped.ACTIONS)))
         assert lifts.stages == stages
+
+
+def fields_of_peg(rise_m: float, up: float, off_m: float, sigma: float) -> dict[str, Array]:
+    """Return fields of one environment.
+
+    Args:
+        rise_m: Rise of the peg.
+        up: Vertical part of the thumb's direction, by a turn of the hand about x.
+        off_m: Horizontal distance of the grip from the peg.
+        sigma: Command of the motor.
+
+    """
+    angle = np.arcsin(up)
+    quat = [np.sin(angle / 2), 0.0, 0.0, np.cos(angle / 2)]
+    objects = np.zeros((1, 2, 13))
+    objects[0, 0, 2] = train_peg_reward.PEG_HEIGHT_M + rise_m
+    grip = objects[0, 0, :3] + array([off_m, 0.0, train_peg_reward.GRIP_M])
+    at = grip - matrix_of(quat) @ train_peg_reward.IN_HAND_M
+    motors = np.zeros((1, 1, 4))
+    motors[0, 0, 0] = sigma
+    return {"base": np.array([[*at, *quat, *np.zeros(6)]]), "objects": objects, "motors": motors}
+
+
+def test_the_reward_of_the_peg_is_the_gain_by_reach_turn_wrap_and_lift() -> None:
+    def potential(rise_m: float, up: float = 1.0, off_m: float = 0.0, sigma: float = 0.0) -> float:
+        (found,) = train_peg_reward.potential(fields_of_peg(rise_m, up, off_m, sigma))
+        return float(found)
+
+    far = fields_of_peg(0.0, 0.5, 0.2, 0.0)
+    np.testing.assert_allclose(np.linalg.norm(train_peg_reward.way(far), axis=1), [0.2], rtol=1e-9)
+    assert potential(0.0, 0.5, 0.2) == pytest.approx(0.5 - 1.0)
+    assert potential(0.0) == pytest.approx(1.0)
+    # A closed hand is worth something around the peg, and costs something elsewhere.
+    assert potential(0.0, sigma=1.0) == pytest.approx(1.0 + 3.0)
+    assert potential(0.0, 1.0, 0.2, 1.0) == pytest.approx(1.0 - 1.0 - 1.0, abs=1e-5)
+    assert potential(-0.08, sigma=1.0) == pytest.approx(1.0 - 1.0 - 0.3)
+    assert potential(0.05, sigma=1.0) == pytest.approx(1.0 + 3.0 + 1.5)
+    assert potential(0.5, sigma=1.0) == pytest.approx(1.0 + 3.0 + 3.0)
+    before, after = fields_of_peg(0.0, 1.0, 0.0, 1.0), fields_of_peg(0.05, 1.0, 0.0, 1.0)
+    step: Any = SimpleNamespace(before=before, after=after, rewards=np.array([1.0]))
+    assert train_peg_reward.reward(step) == pytest.approx(1.0 + 1.5 + 0.02)
+
+
+def test_the_scripted_grasp_leads_from_the_start_to_the_lifted_peg() -> None:
+    states = train_peg_reward.starts()
+    scenes = len(train_peg_reward.SHOWN_SEEDS)
+    fields = {
+        "base": np.stack([state.base for state in states]),
+        "objects": np.stack([state.objects for state in states]),
+        "motors": np.stack([state.motors for state in states]),
+    }
+    potential = train_peg_reward.potential(fields).reshape(-1, scenes)
+    rises = train_peg_reward.rise(fields).reshape(-1, scenes)
+    assert len(potential) == 8
+    np.testing.assert_array_equal(potential[0], potential[2])
+    assert np.all(np.diff(potential[2:], axis=0) > 0.0)
+    assert np.all(np.abs(rises[:7]) < 0.01)
+    assert np.all(rises[7] > train_peg_reward.LIFTED_M)
+
+
+def test_an_own_reward_gives_the_same_curve_for_any_number_of_threads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(train_peg_reward, "TEST_EVERY", 2)
+    monkeypatch.setattr(train_peg_reward, "SHOWN_SEEDS", range(9001, 9002))
+    sb3 = pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: `learn`")
+    learned = [
+        train_peg_reward.train(
+            4, updates=2, envs=2, tests=2, threads=threads, policy=tmp_path / f"{threads}.zip"
+        )
+        for threads in (1, 2)
+    ]
+    assert learned[0].curve == learned[1].curve
+    assert (learned[0].rises, learned[0].scores) == (learned[1].rises, learned[1].scores)
+    assert [(point.update, point.episodes) for point in learned[0].curve] == [(1, 2), (2, 4)]
+    assert learned[0].curve[0].reward != learned[0].curve[1].reward
+    assert [point.lifted for point in learned[0].curve] == [None, 0.0]
+    assert sb3.PPO.load(tmp_path / "1.zip", device="cpu").observation_space.shape == (38,)
 
 
 def test_ppo_in_one_file_gives_the_same_policy_for_any_number_of_threads(tmp_path: Path) -> None:

@@ -43,6 +43,7 @@ LEFT_OUT = {
     "train_grasp_tune.py": "Ray",
     "train_lift_sb3.py": "PyTorch",
     "train_lift_shaped.py": "PyTorch",
+    "train_peg_reward.py": "PyTorch",
     "train_ppo_torch.py": "PyTorch",
     "plots.py": "figures for people",
     "realtime_hello.py": "it runs by the clock",

@@ -13,8 +13,9 @@ pytest.importorskip("palmares.sim", reason="the compiled part of the package is 
 pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: palmares[learn]")
 
 import stable_baselines3 as sb3
+from stable_baselines3.common.callbacks import EvalCallback
 from stable_baselines3.common.env_checker import check_env
-from stable_baselines3.common.vec_env import VecFrameStack, VecNormalize, VecVideoRecorder
+from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize, VecVideoRecorder
 
 from palmares.gym import BatchEnv, FlatEnv, Goal
 from palmares.sb3 import PalmaresVecEnv
@@ -40,6 +41,76 @@ def test_ppo_learns_with_a_dictionary_and_with_a_vector() -> None:
     env = VecFrameStack(VecNormalize(made(shaping=True, flat=True, keys=["base", "objects"])), 3)
     assert env.observation_space.shape == (3 * 26,)
     sb3.PPO("MlpPolicy", env, **PPO).learn(16)
+
+
+def test_statistics_of_episodes_have_entries_of_the_info() -> None:
+    env = made(flat=True, info_keywords=("score", "tick"))
+    learner = sb3.PPO("MlpPolicy", env, **PPO)
+    learner.learn(32)
+    assert [episode["tick"] for episode in learner.ep_info_buffer] == [50] * 6
+    assert {episode["score"] for episode in learner.ep_info_buffer} == {0.0}
+    learner = sb3.PPO("MlpPolicy", made(flat=True, info_keywords=["height"]), **PPO)
+    with pytest.raises(ValueError, match=r"info_keywords: found 'height'; wanted some of .*score"):
+        learner.learn(32)
+
+
+def test_its_statistics_are_those_of_vec_monitor() -> None:
+    env = made(shaping=True)
+    with pytest.warns(UserWarning, match="already wrapped with a `Monitor`"):
+        monitor = VecMonitor(made(shaping=True), info_keywords=("score", "is_success"))
+    env.seed(3)
+    monitor.seed(3)
+    env.reset()
+    monitor.reset()
+    actions = np.random.default_rng(1).uniform(-1.0, 1.0, (12, 2, 8))
+    ended = 0
+    for action in actions:
+        _, _, _, own = env.step(action)
+        _, _, dones, others = monitor.step(action)
+        assert [("episode" in info) for info in own] == list(dones)
+        for info, other in zip(own, others, strict=True):
+            if "episode" in info:
+                ended += 1
+                assert info["episode"]["l"] == other["episode"]["l"] == 5
+                assert info["episode"]["r"] == pytest.approx(other["episode"]["r"], abs=1e-5)
+                assert info["episode"]["t"] > 0.0
+                assert info["score"] == other["episode"]["score"]
+    assert ended == 4
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_evaluation_takes_its_statistics(tmp_path: Path) -> None:
+    # A ball that is held at once: an episode succeeds, by the goal's tolerance.
+    goal = Goal(low=(0.0, 0.0, 0.0), high=(0.0, 0.0, 0.0))
+    options: dict[str, Any] = {"observations": "goal", "goal": goal}
+    learner = sb3.PPO("MultiInputPolicy", made(**options), **PPO)
+    callback = EvalCallback(
+        made(**options), n_eval_episodes=4, eval_freq=8, log_path=str(tmp_path), verbose=0
+    )
+    learner.learn(16, callback=callback)
+    found = np.load(tmp_path / "evaluations.npz")
+    assert found["ep_lengths"].tolist() == [[5] * 4]
+    # Each step has the reward 0 of a reached goal.
+    assert found["results"].tolist() == [[0.0] * 4]
+    assert found["successes"].tolist() == [[True] * 4]
+
+
+def test_tensorboard_has_rewards_lengths_and_successes(tmp_path: Path) -> None:
+    pytest.importorskip("tensorboard", reason="tensorboard is not installed")
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    env = made(shaping=True, flat=True)
+    learner = sb3.PPO("MlpPolicy", env, tensorboard_log=str(tmp_path), **PPO)
+    learner.learn(32, log_interval=1)
+    (folder,) = tmp_path.iterdir()
+    events = EventAccumulator(str(folder))
+    events.Reload()
+    scalars = set(events.Tags()["scalars"])
+    assert {"rollout/ep_rew_mean", "rollout/ep_len_mean", "rollout/success_rate"} <= scalars
+    assert [event.value for event in events.Scalars("rollout/ep_len_mean")] == [5.0, 5.0]
+    returns = np.mean([episode["r"] for episode in learner.ep_info_buffer])
+    assert events.Scalars("rollout/ep_rew_mean")[-1].value == pytest.approx(returns, rel=1e-5)
+    assert events.Scalars("rollout/success_rate")[-1].value == 0.0
 
 
 def test_ppo_learns_with_a_camera() -> None:

@@ -22,6 +22,7 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 try:
+    from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import VecEnv
 except ImportError as missing:
     raise ImportError("palmares.sb3 needs stable-baselines3: pip install 'palmares[learn]'") from missing
@@ -45,6 +46,8 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         num_envs: Number of environments.
         keys: Fields of the observation, all when left out.
         flat: One vector (n,) of float32 instead of a dictionary, in the order of the keys.
+        info_keywords: Entries of the last info of an episode that ``episode`` has, too, as those of
+            ``VecMonitor``: with ``("score",)`` ``model.ep_info_buffer`` has the scores.
         options: Further arguments of `BatchEnv`, such as ``shaping``, ``observations`` and
             ``max_episode_steps``.
 
@@ -64,6 +67,7 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         *,
         keys: Sequence[str] | None = None,
         flat: bool = False,
+        info_keywords: Sequence[str] = (),
         **options: Any,
     ) -> None:
         self.env = BatchEnv(task, hand, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options)
@@ -73,7 +77,7 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         for key in self._keys:
             if key not in known.spaces:
                 raise ValueError(f"keys: found {key!r}; wanted some of {', '.join(known)}")
-        self._flat = flat
+        self._flat, self._info_keywords = flat, tuple(info_keywords)
         boxes = {key: _single_precision(known[key]) for key in self._keys}
         space: spaces.Space[Any] = spaces.Dict(boxes)
         if flat:
@@ -91,10 +95,12 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         """Open a run in every environment.
 
         ``set_options`` takes ``parameters``: numbers given for these runs rather than drawn, as of
-        `palmares.gym.PalmaresEnv.reset`, for all environments or, in a list, for each.
+        `palmares.gym.PalmaresEnv.reset`, for all environments or, in a list, for each; and ``state``:
+        recorded states for these runs and all later ones, the same for all environments.
 
         Raises:
-            ValueError: Another option, or a parameter that is invalid or that some environments lack.
+            ValueError: Another option, a parameter that is invalid or that some environments lack, or states
+                that do not fit or differ between environments.
 
         """
         seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
@@ -108,7 +114,12 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
     def _given(self) -> dict[str, Any] | None:
         """Return the options of `set_options` as `BatchEnv` has them."""
         for options in self._options:
-            refuse_options(options, ("parameters",))
+            refuse_options(options, ("parameters", "state"))
+        states = [options for options in self._options if options and "state" in options]
+        if states and (
+            len(states) < self.num_envs or any(it["state"] is not states[0]["state"] for it in states)
+        ):
+            raise ValueError("state: found another for some environments; wanted one dictionary for all")
         rows = [(options or {}).get("parameters") or {} for options in self._options]
         names = {name for row in rows for name in row}
         for name in names:
@@ -117,7 +128,8 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
                     f"parameters: found no {name!r} for environments {missing}; wanted it for all"
                 )
         given = {name: np.stack(np.broadcast_arrays(*(row[name] for row in rows))) for name in sorted(names)}
-        return {"parameters": given} if given else None
+        chosen = {"parameters": given} if given else {}
+        return (chosen | ({"state": states[0]["state"]} if states else {})) or None
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Keep the actions for `step_wait`."""
@@ -142,10 +154,18 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
                     "r": float(self._returns[k]),
                     "l": int(self._lengths[k]),
                     "t": round(time.perf_counter() - self._begun, 6),
-                },
+                }
+                | self._of_keywords(infos[k]),
             }
         self._returns[dones], self._lengths[dones] = 0.0, 0
         return self._chosen(observations), rewards.astype(np.float32), dones, infos
+
+    def _of_keywords(self, info: dict[str, Any]) -> dict[str, Any]:
+        """Return the entries of an info that the statistics of its episode have."""
+        for name in self._info_keywords:
+            if name not in info:
+                raise ValueError(f"info_keywords: found {name!r}; wanted some of {', '.join(info)}")
+        return {name: info[name] for name in self._info_keywords}
 
     def _chosen(self, observations: dict[str, NDArray[Any]]) -> Observations:
         """Return the fields of the keys."""
@@ -183,9 +203,12 @@ class PalmaresVecEnv(VecEnv):  # type: ignore[misc]
         result = getattr(self.env, method_name)(*args, **kwargs)
         return [result for _ in self._get_indices(indices)]
 
-    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:  # noqa: ARG002
-        """Return False for each environment."""
-        return [False for _ in self._get_indices(indices)]
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """Return whether each environment has a wrapper of gymnasium: only ``Monitor``, in effect.
+
+        So `evaluate_policy` takes the statistics of episodes that it has itself, without a warning.
+        """
+        return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
     def get_images(self) -> list[NDArray[Any] | None]:
         """Return a picture of each world, (height, width, 3) of uint8; needs ``render_mode="rgb_array"``."""

@@ -20,6 +20,7 @@ from palmares.gym.hooks import Transition, copied, rewards_of
 from palmares.gym.images import FILM, FILM_SIZE, cameras_of, spaces_of, view_of
 from palmares.gym.infos import events_of, refuse_options, row_of
 from palmares.gym.settings import Settings, settings_of, unexpected
+from palmares.gym.starts import Starts, starts_of
 from palmares.net.requests import names
 from palmares.sim import HANDS, TASKS, Batch, welcome
 
@@ -83,6 +84,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
                 "gymnasium.make has the errors of colours"
             )
         self._form = Form(chosen)
+        self._made = task, hand, noise
         self.batch = Batch(
             task,
             hand,
@@ -127,6 +129,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         of_base = base_space(self._base, known.specs, task_info.arm)
         motors, middle = np.full(length - len(of_base.low), 0.5), 0.5 * (of_base.low + of_base.high)
+        self._action_scale = chosen.scale(length)
         self._scale, self._shift = np.append(of_base.high - middle, motors), np.append(middle, motors)
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
@@ -135,6 +138,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         self._most_steps = None if longest is None else whole("max_episode_steps", longest, 1, MAX_COUNT)
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._desired = np.zeros((num_envs, 3))
+        self._starts: Starts | None = None
         if self._form.goal is not None:
             self.compute_reward = self._form.reward
 
@@ -159,13 +163,14 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
             seed: One seed, to which each environment adds its index, or one for each: it selects the scene,
                 and determines those of later episodes. Left out, each environment goes to its next episode.
             options: ``reset_mask``, and ``parameters``: numbers given for these runs rather than drawn, as of
-                `palmares.sim.Batch.reset`. A later reset without them, also by itself, has none.
+                `palmares.sim.Batch.reset`. A later reset without them, also by itself, has none. ``state``:
+                recorded states, as of `palmares.gym.FlatEnv.reset`, for these runs and all later ones.
 
         Raises:
-            ValueError: A seed, the mask, a parameter or an option is invalid; nothing has changed.
+            ValueError: A seed, the mask, a parameter, a state or an option is invalid; nothing has changed.
 
         """
-        refuse_options(options, ("reset_mask", "parameters"))
+        refuse_options(options, ("reset_mask", "parameters", "state"))
         mask = np.ones(self.num_envs, dtype=bool)
         if options and "reset_mask" in options:
             mask = mask_of("reset_mask", options["reset_mask"], self.num_envs)
@@ -179,8 +184,23 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         if len(given) != self.num_envs:
             raise ValueError(f"seed: found {len(given)}; wanted one, or one for each of {self.num_envs}")
         given = [one if one is None else whole(f"seed[{k}]", one, 0, MAX_SEED) for k, one in enumerate(given)]
-        fields, infos = self._opened(mask, given, (options or {}).get("parameters"))
+        before, self._starts = self._starts, self._given_starts(options or {})
+        try:
+            fields, infos = self._opened(mask, given, (options or {}).get("parameters"))
+        except ValueError:
+            self._starts = before
+            raise
         return self._observed(fields), infos | self._privileged()
+
+    def _given_starts(self, options: dict[str, Any]) -> Starts | None:
+        """Return the states of the options, or those that hold."""
+        if "state" not in options:
+            return self._starts
+        return (
+            None
+            if options["state"] is None
+            else starts_of(options["state"], *self._made, self.batch.training)
+        )
 
     def _opened(
         self,
@@ -199,13 +219,18 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
             raise
         self._over[mask], self._steps[mask] = False, 0
         found = np.array(self.batch.seeds)
+        infos = {"seed": np.where(mask, found, 0), "_seed": mask.copy()}
+        if self._starts is not None:
+            start = np.array([self._starts.drawn(found[k]) if mask[k] else 0 for k in range(self.num_envs)])
+            fields = self.batch.set_state(self._starts.rows(start, self.batch.state().objects), mask)
+            infos |= {"start": start, "_start": mask.copy()}
         if self._reward is not None:
             self._before = copied(fields)
         if self._form.goal is not None:
             places = self._form.place(fields)
             for k in np.flatnonzero(mask):
                 self._desired[k] = self._form.goal.drawn(found[k], places[k])
-        return fields, {"seed": np.where(mask, found, 0), "_seed": mask.copy()}
+        return fields, infos
 
     def _next(self, k: int, seed: int | None) -> int:
         """Return the seed of the next scene of environment `k`."""
@@ -259,7 +284,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         went = ~begun
         if self._base == "pose" and begun.any():  # Their actions are ignored, also quaternions of no length.
             actions = np.where(begun[:, np.newaxis], 1.0, actions)
-        stepped = self.batch.step(actions * self._scale + self._shift, self._ticks, went)
+        scaled = actions * self._action_scale
+        stepped = self.batch.step(scaled * self._scale + self._shift, self._ticks, went)
         self._steps[went] += 1
         rewards = np.where(went, stepped.rewards, 0.0)
         terminated, truncated = stepped.terminated, stepped.truncated

@@ -33,9 +33,10 @@ from palmares.targets import joints, pose, twist
 from palmares.wire import BaseTarget
 
 if TYPE_CHECKING:
+    from palmares.gym.starts import Starts
     from palmares.sim import World
 
-REFUSED = OF_BATCH | {"observations", "goal", "reward", "observe"}
+REFUSED = OF_BATCH | {"observations", "goal", "reward", "observe", "action_scale"}
 """Settings that it does not have"""
 CLIENTS = [name for name in signature(Client).parameters if name not in ("url", "training")]
 """Arguments of `Client` without `url` and `training`"""
@@ -132,6 +133,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         elif chosen.render_size is not None or not isinstance(render_camera, str | None):
             raise ValueError("render_size and a View as render_camera need a world in this process: no url")
         self._player = Player(url, task, hand, sensing, chosen.noise, chosen.for_learners, **client)
+        self._made = task, hand, chosen.noise or "none"
         self._shaping, self._base = chosen.shaping, chosen.base
         self._sensing = sensing
         self._ticks = whole("ticks", chosen.ticks, 1, self.client.welcome.limits.repeat)
@@ -143,6 +145,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.hand_numbers = self._player.hand_numbers
         self._score = 0.0
         self._scene: Arrays = {}
+        self._starts: Starts | None = None
         self.observation: Observation | None = None
         self.observation_space = cast(spaces.Space[Arrays], self._observations())
         motors = len(self._player.hand.motors)
@@ -204,20 +207,28 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
         Args:
             seed: Selects the scene.
-            options: Only ``parameters``, of this run and only in this process: numbers given rather than
-                drawn, as of `palmares.sim.World.reset`.
+            options: Only in this process. ``parameters``: numbers of this run, given rather than drawn, as of
+                `palmares.sim.World.reset`. ``state``: a `palmares.sim.State` or `Snapshot`, or several of
+                them, of which the scene's seed draws one; poses, velocities and motors of the run are those
+                of it, and all other numbers those of the scene. They hold until another ``state`` is given;
+                ``None`` ends them. ``info["start"]`` is the index of the drawn state.
 
         Raises:
-            ValueError: An option is unknown, or the seed is none, and nothing has changed; or a parameter is
-                invalid, and no run is open.
+            ValueError: An option is unknown, a state does not fit, or the seed is none, and nothing has
+                changed; or a parameter is invalid, and no run is open.
 
         """
-        refuse_options(options, ("parameters",))
+        refuse_options(options, ("parameters", "state"))
+        starts = self._given_starts(options or {})
         super().reset(seed=seed, options=options)
         if seed is None:
             seed = int(self.np_random.integers(2**53))
         first = self.observation is None
         obs = self._player.open(seed, self._cameras, (options or {}).get("parameters"))
+        self._starts, info = starts, {"seed": seed}
+        if starts is not None:
+            info["start"] = starts.drawn(seed)
+            obs = self._player.place(starts, info["start"], self._cameras)
         found = len(self._player.scene.free)
         whole = self.fraction == 1.0
         if self._objects is not None and (found > self._objects or (whole and found < self._objects)):
@@ -229,7 +240,21 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.observation, self._score = obs, obs.score
         if first and self.render_mode == "human":
             self.render()
-        return self._arrays(obs), {"seed": seed} | self._privileged()
+        return self._arrays(obs), info | self._privileged()
+
+    def _given_starts(self, options: dict[str, Any]) -> Starts | None:
+        """Return the states of the options, or those that hold."""
+        if "state" not in options:
+            return self._starts
+        if options["state"] is None:
+            return None
+        if not self.client.is_local:
+            raise ValueError(
+                "options: found 'state' with url; only an environment of this process starts from states"
+            )
+        from palmares.gym.starts import starts_of
+
+        return starts_of(options["state"], *self._made, self._player.training)
 
     def _privileged(self) -> dict[str, Any]:
         """Return what a critic may know and sensors do not."""

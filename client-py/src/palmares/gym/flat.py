@@ -90,7 +90,13 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         self._form = Form(chosen)
         self._reward, self._before = chosen.reward, Arrays()
         of_fields = replace(
-            chosen, sensing=self._form.sensing, observations="fields", goal=None, reward=None, observe=None
+            chosen,
+            sensing=self._form.sensing,
+            observations="fields",
+            goal=None,
+            reward=None,
+            observe=None,
+            action_scale=1.0,
         )
         self.inner = PalmaresEnv(url, task=task, hand=hand, settings=of_fields, **others)
         self.render_mode, self.metadata = self.inner.render_mode, self.inner.metadata
@@ -102,6 +108,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         self._middle = array(0.5 * (of_base.low + of_base.high))
         self._half: Array = array(of_base.high) - self._middle
         length = len(self._half) + sigma.shape[0]
+        self._action_scale = chosen.scale(length)
         self.action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self._form.open(cast(spaces.Dict, self.inner.observation_space), self.inner.hidden)
         self.observation_space = cast(spaces.Space[Arrays], self._form.space)
@@ -144,7 +151,8 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         action = table("action", action, *cast(tuple[int], self.action_space.shape))
         self._clipping.check_unit(action, stacklevel=2)
         length = len(self._half)
-        base, hand = action[:length] * self._half + self._middle, 0.5 * (action[length:] + 1.0)
+        scaled = action * self._action_scale
+        base, hand = scaled[:length] * self._half + self._middle, 0.5 * (scaled[length:] + 1.0)
         fields, reward, terminated, truncated, info = self.inner.step({self._base: base, "hand": hand})
         if self._reward is not None:
             reward = self._own_reward(fields, action, reward, terminated, truncated, info["events"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,9 @@ from palmares.messages import Observation, Result
 from palmares.scene import Scene
 from palmares.training import Training
 from palmares.wire import BaseTarget, HandInfo, TaskInfo
+
+if TYPE_CHECKING:
+    from palmares.gym.starts import Starts
 
 
 class Player:
@@ -115,6 +118,13 @@ class Player:
             if parameters:
                 raise ValueError(str(refused).removeprefix("bad_request: ")) from None
             raise
+
+    def place(self, starts: Starts, index: int, cameras: Iterable[str]) -> Observation:
+        """Put the run of this process into a recorded state; return the observation."""
+        world = self.client.world
+        assert world is not None
+        world.set_state(starts.rows(index, world.state().objects))
+        return world.observe(cameras=cameras)
 
     def step(
         self, base: BaseTarget, hand: np.ndarray[Any, Any], ticks: int, cameras: Iterable[str]

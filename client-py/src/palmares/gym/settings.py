@@ -8,9 +8,11 @@ from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
+import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from palmares.arguments import Noise, Sensing, check_sensing, one_of, short
+from palmares.arguments import Noise, Sensing, check_sensing, is_real, one_of, short
+from palmares.arrays import Array
 from palmares.gym.goals import Goal
 from palmares.gym.hooks import Observe, Reward
 from palmares.targets import BaseKind
@@ -46,6 +48,9 @@ class Settings:
             Colours of a `BatchEnv` need ``noise="none"``.
         ticks: Ticks per step, under the same action; in a single environment at most `Limits.repeat`, 100.
         base: What actions say of the base: ``twist``, ``pose`` or, in a task with an arm, ``joints``.
+        action_scale: Part of its range that each number of an action of `FlatEnv` and `BatchEnv` has, above 0
+            and at most 1: one for all, or one for each. With 0.25 the actions −1 and 1 are a quarter of the
+            largest velocity.
         objects: Number of objects in every scene, in a single environment; another number is a `ValueError`
             at `reset`. A `FlatEnv` knows that of the task.
         shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
@@ -79,6 +84,7 @@ class Settings:
     cameras: Sequence[str] = ()
     ticks: int = 10
     base: BaseKind = "twist"
+    action_scale: float | Sequence[float] = 1.0
     objects: int | None = None
     shaping: Shaping = False
     training: Training = field(default_factory=Training)
@@ -93,6 +99,7 @@ class Settings:
         one_of("observations", self.observations, get_args(Observations))
         one_of("base", self.base, get_args(BaseKind))
         check_sensing(self.sensing, "none" if self.noise is None else self.noise)
+        object.__setattr__(self, "action_scale", _scale(self.action_scale))
         if self.shaping not in (True, False, "info"):
             raise ValueError(f"shaping: found {self.shaping!r}; wanted True, False or 'info'")
         if self.goal is not None and self.observations != "goal":
@@ -125,10 +132,35 @@ class Settings:
         training = replace(self.training, shaping=bool(self.shaping))
         return training if training.shaping or training.varies else None
 
+    def scale(self, length: int) -> Array:
+        """Return `action_scale` for each number of an action.
+
+        Raises:
+            ValueError: It has another length.
+
+        """
+        found = np.array(self.action_scale, dtype=np.float64)
+        if found.shape not in ((), (length,)):
+            raise ValueError(f"action_scale: found {len(found)} numbers; wanted one, or {length}")
+        return np.full(length, found)
+
 
 OF_RUNS = tuple(one.name for one in fields(Training) if one.name != "shaping")
 NAMES = (*(one.name for one in fields(Settings)), *OF_RUNS)
 """All keyword arguments that are settings"""
+
+
+def _scale(given: Any) -> float | tuple[float, ...]:
+    """Return `action_scale` as a number, or as a tuple of them."""
+    several = (given,) if is_real(given) else given
+    if isinstance(several, Iterable) and not isinstance(several, str):
+        found = tuple(several)
+        if found and all(is_real(one) and 0.0 < one <= 1.0 for one in found):
+            return float(given) if is_real(given) else tuple(float(one) for one in found)
+    raise ValueError(
+        f"action_scale: found {short(given)}; wanted a number above 0 and at most 1, or one for each number "
+        "of an action"
+    )
 
 
 def settings_of(
