@@ -207,6 +207,13 @@ impl Model {
         Ok(model)
     }
 
+    /// The same under another gravity, m/s².
+    #[must_use]
+    pub fn with_gravity(mut self, gravity: Vec3) -> Self {
+        self.config.gravity = gravity;
+        self
+    }
+
     /// The same furniture and objects with a hand. Its shapes and velocities come first, then those of this
     /// model in order. The present hand, if any, is dropped.
     pub fn with_hand(&self, hand: Arc<Hand>) -> Result<Self, ModelError> {

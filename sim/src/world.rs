@@ -67,6 +67,11 @@ impl World {
         &mut self.state
     }
 
+    /// Wakes every object, as after a change that sleeping objects do not notice.
+    pub fn wake(&mut self) {
+        self.state_mut().sleep.fill(Sleep::default());
+    }
+
     /// Advances the world by one step.
     pub fn step(&mut self, command: &Command) -> &StepOutcome {
         self.step_timed(command, &mut ())

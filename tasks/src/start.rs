@@ -5,8 +5,9 @@
 
 use crate::overlap::{Obstacle, Overlap};
 use crate::place::placing_room;
+use crate::scene::Scene;
 use crate::settle::{Built, SCENE_WORK, SceneError, furnished};
-use crate::task::Task;
+use crate::task::{Task, Variation};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::{Command, Config, Model, Owner, State, World};
@@ -78,7 +79,8 @@ pub(crate) fn put_in(task: &Task, scene: Built, hand: Arc<Hand>) -> Result<Built
     let (world, body_names) = joined(task, &scene, hand)?;
     let overlaps = overlapping(task, &world, &body_names, None);
     if overlaps.is_empty() {
-        Ok(Built { world, scene: scene.scene, body_names })
+        let gravity = world.model().config().gravity.to_array();
+        Ok(Built { world, scene: Scene { gravity, ..scene.scene }, body_names })
     } else {
         Err(SceneError::HandInTheWay { task: task.name.clone(), overlaps })
     }
@@ -87,7 +89,10 @@ pub(crate) fn put_in(task: &Task, scene: Built, hand: Arc<Hand>) -> Result<Built
 /// The world of a scene with a hand at rest in it, and the names of its colliders' bodies.
 fn joined(task: &Task, scene: &Built, hand: Arc<Hand>) -> Result<(World, Vec<String>), SceneError> {
     let unsound = |why: &dyn ToString| SceneError::unsound(task, why.to_string());
-    let alone = Model::new(Config::with_step(task.step_s), Some(Arc::clone(&hand)));
+    let gravity = task.variation().and_then(Variation::gravity);
+    let mut config = Config::with_step(task.step_s);
+    config.gravity = gravity.unwrap_or(config.gravity);
+    let alone = Model::new(config.clone(), Some(Arc::clone(&hand)));
     let alone = Arc::new(alone.map_err(|e| unsound(&e))?);
     let base = hand_start(task, &hand);
     let mut waiting = World::new(Arc::clone(&alone), State::at_rest(&alone, base, &[]));
@@ -107,12 +112,18 @@ fn joined(task: &Task, scene: &Built, hand: Arc<Hand>) -> Result<(World, Vec<Str
         return Err(unsound(&format!("hand `{}` {message}", hand.name)));
     }
     let model = scene.world.model().with_hand(Arc::clone(&hand)).map_err(|e| unsound(&e))?;
+    let model = Arc::new(model.with_gravity(config.gravity));
     let links = alone.colliders().iter().map(|collider| match collider.owner {
         Owner::Link(i) => hand.links[i].name.clone(),
         Owner::Static | Owner::Object(_) => String::new(),
     });
     let names = links.chain(scene.body_names.iter().cloned()).collect();
-    Ok((World::joined(Arc::new(model), &waiting, &scene.world), names))
+    let mut world = World::joined(model, &waiting, &scene.world);
+    if gravity.is_some() {
+        // Objects fell asleep under the task's own.
+        world.wake();
+    }
+    Ok((world, names))
 }
 
 /// A shape at its pose.

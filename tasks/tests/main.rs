@@ -5,6 +5,7 @@ mod again;
 mod arm;
 mod ground;
 mod own;
+mod pushed;
 mod referee;
 mod reflex;
 mod scenes;

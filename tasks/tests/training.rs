@@ -7,11 +7,11 @@ use palmares_tasks::training::{Quantity, Shaper, Terms, TrainingOptions, open};
 use palmares_tasks::{Action, BaseTarget, Noise, Run, Seed, Sensing, Task};
 use std::sync::Arc;
 
-fn task(name: &str) -> Arc<Task> {
+pub(crate) fn task(name: &str) -> Arc<Task> {
     Task::builtin().into_iter().find(|known| known.name == name).expect("built in")
 }
 
-fn hand(name: &str) -> Arc<Hand> {
+pub(crate) fn hand(name: &str) -> Arc<Hand> {
     Hand::builtin(name).expect("built in")
 }
 

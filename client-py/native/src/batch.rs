@@ -388,7 +388,7 @@ impl Batch {
         let Some(outcome) = &self.slot(world)?.outcome else { return Ok(None) };
         let dict = PyDict::new(py);
         let run = self.slot(world)?.run.as_ref();
-        let varied = run.is_some_and(|run| run.task().is_varied() || run.is_placed());
+        let varied = run.is_some_and(|run| run.task().is_varied() || run.is_altered());
         dict.set_item("status", status(outcome, varied))?;
         dict.set_item("score", outcome.score)?;
         dict.set_item("in_goal", outcome.in_goal)?;

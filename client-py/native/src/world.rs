@@ -332,7 +332,7 @@ impl PyWorld {
     /// Whether it differs from the runs of its task.
     #[getter]
     fn varied(&self) -> bool {
-        self.run.task().is_varied() || self.run.is_placed()
+        self.run.task().is_varied() || self.run.is_altered()
     }
 
     #[getter]
@@ -363,8 +363,9 @@ impl PyWorld {
             return Err(PyValueError::new_err(message));
         };
         let (task, hand) = (Arc::clone(self.run.task()), Arc::clone(self.run.hand()));
-        if self.run.is_placed() {
-            let message = "something was put elsewhere in this run: its actions alone do not play it again";
+        if self.run.is_altered() {
+            let message =
+                "something was put elsewhere or pushed in this run: its actions alone do not play it again";
             return Err(PyValueError::new_err(message));
         }
         if task.is_varied() {

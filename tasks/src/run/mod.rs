@@ -37,6 +37,7 @@ pub use failure::Failure;
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use placement::Placement;
+pub use push::PushedPart;
 pub use push_error::PushError;
 pub use shots::{Shot, ShotError, camera_name, shots};
 pub use snapshot::{Snapshot, SnapshotError};
@@ -99,8 +100,8 @@ pub struct Run {
     history: Vec<Event>,
     /// Work of each motor on its tendons, J.
     motor_work_j: Vec<f64>,
-    /// Whether something was put elsewhere since tick 0.
-    placed: bool,
+    /// Whether something was put elsewhere or an object pushed since tick 0.
+    altered: bool,
     /// Actions that were sent and have not arrived.
     under_way: VecDeque<Action>,
     /// Digest of the state, if the next tick is prepared.
@@ -160,7 +161,7 @@ impl Run {
             news: Vec::new(),
             history: Vec::new(),
             motor_work_j: vec![0.0; hand.motors.len()],
-            placed: false,
+            altered: false,
             under_way: VecDeque::new(),
             prepared: None,
             computed: 0,

@@ -11,9 +11,9 @@ use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::placing::{HandMotion, ObjectMotion, PlacingError};
 
 impl Run {
-    /// Whether something was put elsewhere since tick 0.
-    pub fn is_placed(&self) -> bool {
-        self.placed
+    /// Whether something was put elsewhere or an object pushed since tick 0: the actions alone do not play the run again.
+    pub fn is_altered(&self) -> bool {
+        self.altered
     }
 
     /// σ and dσ/dt, 1/s, of every motor.
@@ -95,7 +95,7 @@ impl Run {
             self.carrying = carrying;
             return Ok(());
         }
-        self.placed = true;
+        self.altered = true;
         self.image_cache = ImageCache::default();
         if to.base.is_some() {
             let HandMotion { base, .. } = hand;

@@ -1,14 +1,24 @@
-//! Wrenches on links of the hand from outside, for a while: the virtual contacts of Rocchi & Hauser 2016.
+//! Wrenches on links of the hand from outside, for a while: the virtual contacts of Rocchi & Hauser 2016. And on objects, for learners
+//! in the same process.
 
 use super::Run;
 use super::push_error::{MAX_PUSHES, PushError};
-use super::targets::{Pushing, within};
+use super::targets::{Pushed, Pushing, within};
 use crate::observation::Wrench;
 use palmares_models::Vec3;
 use palmares_sim::Push;
 
 /// Half the arm of the couple that a torque is made of, m.
 const COUPLE_ARM: f64 = 0.05;
+
+/// What is pushed.
+#[derive(Clone, Copy, Debug)]
+pub enum PushedPart<'a> {
+    /// The link of this name. Force and torque act at its origin.
+    Link(&'a str),
+    /// The object of this index. Force and torque act at its centre of mass. No server offers it: the run has no replay from then on.
+    Object(usize),
+}
 
 impl Run {
     /// Greatest force of a push, N, and greatest torque, N·m.
@@ -24,13 +34,55 @@ impl Run {
     /// world frame, the torque about the link's origin, where the force acts. Pushes add up. They are no part of
     /// the applied actions: to replay a run, push again before the same tick.
     pub fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
-        let Some(index) = self.hand.link(link) else {
-            let known: Vec<&str> = self.hand.links.iter().map(|link| link.name.as_str()).collect();
-            return Err(PushError::UnknownLink {
-                hand: self.hand.name.clone(),
-                link: link.chars().take(64).collect(),
-                known: known.join(", "),
-            });
+        self.push_part(PushedPart::Link(link), wrench, duration_s)
+    }
+
+    /// Pushes a link or an object, as [`Run::push`].
+    ///
+    /// # Errors
+    /// There is no such link or object, a number is out of bounds, or too many pushes act.
+    pub fn push_part(
+        &mut self,
+        part: PushedPart<'_>,
+        wrench: Wrench,
+        duration_s: f64,
+    ) -> Result<(), PushError> {
+        let pushing = self.pushing_of(part, wrench, duration_s)?;
+        self.pushing.push(pushing);
+        self.altered |= matches!(part, PushedPart::Object(_));
+        Ok(())
+    }
+
+    /// Whether [`Run::push_part`] would take this push.
+    ///
+    /// # Errors
+    /// Those of [`Run::push_part`].
+    pub fn check_push(&self, part: PushedPart<'_>, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
+        self.pushing_of(part, wrench, duration_s).map(drop)
+    }
+
+    fn pushing_of(
+        &self,
+        part: PushedPart<'_>,
+        wrench: Wrench,
+        duration_s: f64,
+    ) -> Result<Pushing, PushError> {
+        let on = match part {
+            PushedPart::Link(link) => Pushed::Link(self.hand.link(link).ok_or_else(|| {
+                let known: Vec<&str> = self.hand.links.iter().map(|link| link.name.as_str()).collect();
+                PushError::UnknownLink {
+                    hand: self.hand.name.clone(),
+                    link: link.chars().take(64).collect(),
+                    known: known.join(", "),
+                }
+            })?),
+            PushedPart::Object(object) => {
+                let count = self.world.model().objects().len();
+                if object >= count {
+                    return Err(PushError::UnknownObject { object, count });
+                }
+                Pushed::Object(object)
+            }
         };
         let (force, torque) = (Vec3::from_array(wrench.force), Vec3::from_array(wrench.torque));
         let bad = |field, expected| Err(PushError::BadNumber { field, expected });
@@ -48,8 +100,7 @@ impl Run {
         }
         // Durations that are whole ticks must not become one more by rounding.
         let ticks_left = (duration_s / self.task.tick_s - 1e-9).ceil().max(1.0) as u64;
-        self.pushing.push(Pushing { link: index, force, torque, ticks_left });
-        Ok(())
+        Ok(Pushing { on, force, torque, ticks_left })
     }
 
     /// A tick has passed.
@@ -60,7 +111,16 @@ impl Run {
         self.pushing.retain(|pushing| pushing.ticks_left > 0);
     }
 
-    /// The active pushes as forces: a torque is a couple.
+    /// Applies the active pushes on objects in the next step.
+    pub(super) fn push_objects(&mut self) {
+        for &Pushing { on, force, torque, .. } in &self.pushing {
+            if let Pushed::Object(object) = on {
+                self.world.push_object(object, force, torque);
+            }
+        }
+    }
+
+    /// The active pushes on links as forces: a torque is a couple.
     pub(super) fn pushes_into(&self, pushes: &mut Vec<Push>) {
         pushes.clear();
         if self.pushing.is_empty() {
@@ -68,7 +128,8 @@ impl Run {
         }
         let state = self.world.state();
         let base_from_links = self.hand.base_from_links(&state.q);
-        for &Pushing { link, force, torque, .. } in &self.pushing {
+        for &Pushing { on, force, torque, .. } in &self.pushing {
+            let Pushed::Link(link) = on else { continue };
             if force != Vec3::ZERO {
                 pushes.push(Push { link, point: Vec3::ZERO, force });
             }

@@ -16,6 +16,14 @@ pub enum PushError {
         /// The existing names.
         known: String,
     },
+    /// No such object.
+    #[error("object: found {object}; the scene has {count}, from 0 on")]
+    UnknownObject {
+        /// The requested index.
+        object: usize,
+        /// Number of objects.
+        count: usize,
+    },
     /// The limit is reached.
     #[error("{} pushes act already; wait until one has ended", MAX_PUSHES)]
     TooMany,

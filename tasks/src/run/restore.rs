@@ -4,7 +4,7 @@ use super::Run;
 use super::cameras::ImageCache;
 use super::run_key::RunKey;
 use super::snapshot::{Applied, Noted, Snapshot, SnapshotError, events, noted};
-use super::targets::{BaseMotion, Pushing};
+use super::targets::{BaseMotion, Pushed, Pushing};
 use crate::action::Action;
 use crate::task::MAX_DELAY;
 use palmares_sim::World;
@@ -32,7 +32,7 @@ impl Run {
             news: noted(&self.news),
             history: noted(&self.history),
             motor_work_j: self.motor_work_j.clone(),
-            placed: self.placed,
+            altered: self.altered,
             under_way: self.under_way.iter().map(Applied::from).collect(),
         }
     }
@@ -71,7 +71,7 @@ impl Run {
         self.pushing.clone_from(&from.pushing);
         (self.news, self.history) = (events(&from.news), events(&from.history));
         self.motor_work_j.clone_from(&from.motor_work_j);
-        self.placed = from.placed;
+        self.altered = from.altered;
         self.under_way = from.under_way.iter().map(Action::from).collect();
         self.prepared = None;
         Ok(())
@@ -106,7 +106,7 @@ impl Run {
             news: self.news.clone(),
             history: self.history.clone(),
             motor_work_j: self.motor_work_j.clone(),
-            placed: self.placed,
+            altered: self.altered,
             under_way: self.under_way.clone(),
             prepared: None,
             computed: 0,
@@ -118,7 +118,11 @@ impl Run {
         let (objects, links) = (self.world.model().objects().len(), self.hand.links.len());
         let (motors, arm) = (self.hand.motors.len(), self.arm().map(|arm| arm.joints.len()));
         let known = |notes: &[Noted]| notes.iter().all(|note| note.object.is_none_or(|k| k < objects));
-        let pushed = |push: &Pushing| push.link < links && push.is_within(Run::PUSH_LIMITS);
+        let known_part = |push: &Pushing| match push.on {
+            Pushed::Link(link) => link < links,
+            Pushed::Object(object) => object < objects && from.altered,
+        };
+        let pushed = |push: &Pushing| known_part(push) && push.is_within(Run::PUSH_LIMITS);
         let parts = [
             ("world", from.world.fits(self.world.model())),
             ("sensors", self.sensors.fits(&from.sensors)),

@@ -44,7 +44,7 @@ pub struct Snapshot {
     pub(super) news: Vec<Noted>,
     pub(super) history: Vec<Noted>,
     pub(super) motor_work_j: Vec<f64>,
-    pub(super) placed: bool,
+    pub(super) altered: bool,
     pub(super) under_way: Vec<Applied>,
 }
 

@@ -25,10 +25,19 @@ impl BaseMotion {
     }
 }
 
+/// What is pushed, by its index.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Pushed {
+    /// A link of the hand.
+    Link(usize),
+    /// A free object.
+    Object(usize),
+}
+
 /// An active push.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pushing {
-    pub link: usize,
+    pub on: Pushed,
     pub force: Vec3,
     pub torque: Vec3,
     pub ticks_left: u64,

@@ -132,6 +132,7 @@ impl Run {
                     angular: Vec3::ZERO,
                 });
                 self.pushes_into(&mut command.pushes);
+                self.push_objects();
                 work += self.world.step_timed(&command, watch).work;
                 watch.stepped(&self.world);
                 continue;
@@ -153,6 +154,7 @@ impl Run {
                 BaseMotion::Joints => BaseCommand::stay(self.world.state().reference.pose),
             };
             self.pushes_into(&mut command.pushes);
+            self.push_objects();
             work += self.world.step_timed(&command, watch).work;
             watch.stepped(&self.world);
         }

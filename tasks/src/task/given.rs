@@ -9,8 +9,10 @@ use std::ops::RangeInclusive;
 const FACTORS: RangeInclusive<f64> = 0.01..=100.0;
 /// Factors of lengths.
 const SIZES: RangeInclusive<f64> = 0.1..=10.0;
+/// Components of gravity, m/s²: ten times that of the Earth either way.
+const GRAVITY: RangeInclusive<f64> = -100.0..=100.0;
 
-/// Factors of the objects, one for each in scene order, and uncertain numbers of the hand by their names.
+/// Factors of the objects, one for each in scene order, numbers of the hand, and gravity.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Given {
     /// Factors of masses.
@@ -21,6 +23,10 @@ pub struct Given {
     pub size: Option<Vec<f64>>,
     /// Numbers of the hand: each a factor of its own number or the number itself, as `[uncertain]` of its `hand.toml` says.
     pub hand: BTreeMap<String, f64>,
+    /// Gravity of the run, m/s², world axes. The scene settles before, under the task's own.
+    pub gravity: Option<[f64; 3]>,
+    /// Factors of masses and inertias of the hand's links, in their order.
+    pub link_mass: Option<Vec<f64>>,
 }
 
 impl Given {
@@ -33,11 +39,20 @@ impl Given {
             ("mass", &self.mass, FACTORS),
             ("friction", &self.friction, FACTORS),
             ("size", &self.size, SIZES),
+            ("link_mass", &self.link_mass, FACTORS),
         ];
         for (name, factors, allowed) in factors {
             if let Some(bad) = factors.iter().flatten().find(|factor| !allowed.contains(factor)) {
                 return Err(format!("{name}: found {bad}; wanted {} to {}", allowed.start(), allowed.end()));
             }
+        }
+        if let Some(bad) = self.gravity.iter().flatten().find(|component| !GRAVITY.contains(component)) {
+            let (low, high) = (GRAVITY.start(), GRAVITY.end());
+            return Err(format!("gravity: found {bad} m/s²; wanted {low} to {high}"));
+        }
+        if let Some(factors) = self.link_mass.as_ref().filter(|factors| factors.len() != hand.links.len()) {
+            let (found, name, links) = (factors.len(), &hand.name, hand.links.len());
+            return Err(format!("link_mass: found {found} factors; hand `{name}` has {links} links"));
         }
         for (name, number) in &self.hand {
             let Some(entry) = hand.uncertain.iter().find(|entry| entry.name == *name) else {

@@ -54,6 +54,16 @@ impl Variation {
         (varied, Pose::from_parts(shift, Rotation::from_scaled_axis(tilt)))
     }
 
+    /// Gravity, m/s², if it is given.
+    pub(crate) fn gravity(&self) -> Option<Vec3> {
+        self.given.gravity.map(Vec3::from_array)
+    }
+
+    /// Factors of the masses of the hand's links, if they are given.
+    pub(crate) fn link_mass(&self) -> Option<&[f64]> {
+        self.given.link_mass.as_deref()
+    }
+
     /// Factor of the sensors' errors.
     pub(crate) fn sensor_noise(&self) -> f64 {
         let range = self.ranges.sensor_noise;

@@ -60,6 +60,12 @@ pub fn factors(run: &Run) -> Vec<[f64; 3]> {
     (0..run.object_states().count()).map(factors).collect()
 }
 
+/// Factors of mass and inertia of every link of a run's hand.
+pub fn link_factors(run: &Run) -> Vec<f64> {
+    let given = run.task().variation().and_then(Variation::link_mass);
+    given.map_or_else(|| vec![1.0; run.hand().links.len()], <[f64]>::to_vec)
+}
+
 /// The factor of the sensors' errors in a run.
 pub fn sensor_noise(run: &Run) -> f64 {
     run.task().variation().map_or(1.0, Variation::sensor_noise)

@@ -197,11 +197,16 @@ impl TrainingOptions {
     /// # Errors
     /// It is not valid with these numbers.
     pub fn hand_of(&self, hand: &Arc<Hand>, seed: Seed) -> Result<Arc<Hand>, String> {
-        if self.hand.is_own() && self.given.hand.is_empty() {
+        let Given { hand: numbers, link_mass, .. } = &self.given;
+        if self.hand.is_own() && numbers.is_empty() && link_mass.is_none() {
             return Ok(Arc::clone(hand));
         }
-        let numbers = self.hand_numbers(hand, seed);
-        hand.drawn(&numbers).map(Arc::new).map_err(|error| error.to_string())
+        let mut drawn = hand.drawn(&self.hand_numbers(hand, seed)).map_err(|error| error.to_string())?;
+        for (link, factor) in drawn.links.iter_mut().zip(link_mass.iter().flatten()) {
+            link.inertia.mass *= factor;
+            link.inertia.about_com *= *factor;
+        }
+        Ok(Arc::new(drawn))
     }
 
     /// Whether a run with these is the task's own.

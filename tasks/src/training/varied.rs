@@ -66,8 +66,13 @@ fn content_hash(task: &Task, options: &TrainingOptions) -> String {
         hash.count(*high as usize);
         hash.float(*noise);
     }
-    let Given { mass, friction, size, hand: _ } = given;
-    for (name, factors) in [("mass", mass), ("friction", friction), ("size", size)] {
+    let Given { mass, friction, size, hand: _, gravity, link_mass } = given;
+    if let Some(gravity) = gravity {
+        hash.text("gravity");
+        hash.floats(gravity);
+    }
+    for (name, factors) in [("mass", mass), ("friction", friction), ("size", size), ("link_mass", link_mass)]
+    {
         if let Some(factors) = factors {
             hash.text(name);
             hash.count(factors.len());

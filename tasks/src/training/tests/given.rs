@@ -58,6 +58,15 @@ fn numbers_that_cannot_be_given_are_refused() {
     let check = |given: Given| given.check(&hand).expect_err("bad");
     let mass = check(Given { mass: Some(vec![1.0, -2.0]), ..Given::default() });
     assert_eq!(mass, "mass: found -2; wanted 0.01 to 100");
+    let gravity = check(Given { gravity: Some([0.0, 0.0, -200.0]), ..Given::default() });
+    assert_eq!(gravity, "gravity: found -200 m/s²; wanted -100 to 100");
+    let gravity = check(Given { gravity: Some([f64::NAN, 0.0, 0.0]), ..Given::default() });
+    assert_eq!(gravity, "gravity: found NaN m/s²; wanted -100 to 100");
+    let links = hand.links.len();
+    let heavy = check(Given { link_mass: Some(vec![1000.0; links]), ..Given::default() });
+    assert_eq!(heavy, "link_mass: found 1000; wanted 0.01 to 100");
+    let few = check(Given { link_mass: Some(vec![1.0]), ..Given::default() });
+    assert_eq!(few, format!("link_mass: found 1 factors; hand `softhand` has {links} links"));
     let name = check(Given { hand: [("slip".to_owned(), 1.0)].into(), ..Given::default() });
     assert!(name.starts_with("found hand_slip; hand `softhand` has in [uncertain] of its hand.toml: hand_"));
     let far = check(Given { hand: [(hand.uncertain[0].name.clone(), 1e9)].into(), ..Given::default() });
