@@ -156,6 +156,15 @@ def test_pushes(world: Any, link: Any, force: Any, torque: Any, duration_s: Any)
         world.step(repeat=5)
 
 
+@given(st.one_of(st.integers(-2, 2), odd), anything, anything, st.one_of(numbers, odd))
+@example(0, [1e308] * 3, [1e308] * 3, 1.0)
+@example(0, [200.0, 0.0, 0.0], [0.0, 0.0, 20.0], 60.0)
+def test_pushes_on_objects(world: Any, index: Any, force: Any, torque: Any, duration_s: Any) -> None:
+    with refused_or_done(world):
+        world.push_object(index, force, torque, duration_s)
+        world.step(repeat=5)
+
+
 @given(st.lists(st.text(max_size=12), max_size=3))
 def test_cameras(world: Any, cameras: list[str]) -> None:
     with refused_or_done(world):

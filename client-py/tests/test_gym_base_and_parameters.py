@@ -112,7 +112,7 @@ def test_numbers_that_cannot_be_given_are_refused() -> None:
     envs.reset(seed=1)
     kept = envs.batch.state_hashes()
     for parameters, message in (
-        ({"weight": 1.0}, "found 'weight'; wanted some of mass, friction, size, hand_NAME"),
+        ({"weight": 1.0}, "found 'weight'; wanted some of mass, friction, size, link_mass, gravity, "),
         ({"mass": -1.0}, "mass: found -1; wanted 0.01 to 100"),
     ):
         rows = {name: [number, number] for name, number in parameters.items()}

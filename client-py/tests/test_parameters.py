@@ -55,7 +55,10 @@ def test_a_run_with_given_numbers_is_that_of_the_world_and_its_snapshot_carries_
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"weight": [1.0, 1.0]}, "found 'weight'; wanted some of mass, friction, size, hand_NAME"),
+        (
+            {"weight": [1.0, 1.0]},
+            "found 'weight'; wanted some of mass, friction, size, link_mass, gravity, hand_NAME",
+        ),
         ({"mass": [1.0]}, "found shape (1,)"),
         ({"mass": [1.0, -1.0]}, "mass: found -1; wanted 0.01 to 100"),
         ({"hand_slip": [1.0, 1.0]}, "found hand_slip; hand `softhand` has in [uncertain]"),

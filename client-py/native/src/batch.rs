@@ -9,6 +9,7 @@ use crate::interrupt::{ProgressReport, report_progress};
 use crate::lookup;
 use crate::parameters;
 use crate::pictures;
+use crate::pushes;
 use crate::slot::{self, Opened, Slot};
 use crate::snapshot::Snapshot;
 use crate::state::{self, Placed};
@@ -17,8 +18,7 @@ use crate::workers::Workers;
 use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_analysis::mechanics::Mechanics;
 use palmares_models::hand::Hand;
-use palmares_tasks::observation::Wrench;
-use palmares_tasks::run::SnapshotError;
+use palmares_tasks::run::{PushedPart, SnapshotError};
 use palmares_tasks::training::{Given, Shaper, Terms};
 use palmares_tasks::{Fault, Noise, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -99,6 +99,12 @@ impl Batch {
     #[getter]
     fn objects(&self) -> usize {
         self.task.objects.count
+    }
+
+    /// Links of the hand.
+    #[getter]
+    fn links(&self) -> usize {
+        self.hand.links.len()
     }
 
     /// Numbers of the base in an action.
@@ -476,27 +482,19 @@ impl Batch {
         duration_s: f64,
         mask: Vec<bool>,
     ) -> PyResult<()> {
-        self.fits("mask", mask.len())?;
-        self.all_open()?;
-        for (name, array) in [("force", &force), ("torque", &torque)] {
-            if array.shape() != [self.slots.len(), 3] {
-                let (shape, count) = (array.shape(), self.slots.len());
-                return Err(PyValueError::new_err(format!(
-                    "{name}: found shape {shape:?}; wanted [{count}, 3]"
-                )));
-            }
-        }
-        let row = |array: &PyReadonlyArray2<'_, f64>, world: usize| {
-            let array = array.as_array();
-            [array[[world, 0]], array[[world, 1]], array[[world, 2]]]
-        };
-        for (world, slot) in self.slots.iter_mut().enumerate().filter(|(world, _)| mask[*world]) {
-            let wrench = Wrench { force: row(&force, world), torque: row(&torque, world) };
-            let run = slot.run.as_mut().ok_or_else(|| no_run(world))?;
-            let refused = |error| PyValueError::new_err(format!("world {world}: {error}"));
-            run.push(link, wrench, duration_s).map_err(refused)?;
-        }
-        Ok(())
+        self.push_part(PushedPart::Link(link), (&force, &torque), duration_s, &mask)
+    }
+
+    /// Pushes an object in the worlds of `mask` at its centre of mass; as [`Batch::push`].
+    fn push_object(
+        &mut self,
+        object: usize,
+        force: PyReadonlyArray2<'_, f64>,
+        torque: PyReadonlyArray2<'_, f64>,
+        duration_s: f64,
+        mask: Vec<bool>,
+    ) -> PyResult<()> {
+        self.push_part(PushedPart::Object(object), (&force, &torque), duration_s, &mask)
     }
 
     /// Depth of named cameras in all worlds, as in their messages: arrays (N, height, width).
@@ -537,6 +535,23 @@ impl Batch {
 }
 
 impl Batch {
+    /// Pushes a link or an object in each world of `mask` that is not over. After an error nothing has changed.
+    fn push_part(
+        &mut self,
+        part: PushedPart<'_>,
+        (force, torque): (&PyReadonlyArray2<'_, f64>, &PyReadonlyArray2<'_, f64>),
+        duration_s: f64,
+        mask: &[bool],
+    ) -> PyResult<()> {
+        self.fits("mask", mask.len())?;
+        self.all_open()?;
+        let wrenches = pushes::wrenches(force, torque, self.slots.len())?;
+        let worlds = self.slots.iter_mut().zip(wrenches).enumerate();
+        let worlds = worlds.filter(|(world, (slot, _))| mask[*world] && slot.outcome.is_none());
+        let runs = worlds.filter_map(|(world, (slot, wrench))| Some((world, slot.run.as_mut()?, wrench)));
+        pushes::push(runs.collect(), part, duration_s)
+    }
+
     fn slot(&self, world: usize) -> PyResult<&Slot> {
         let missing = || PyValueError::new_err(format!("no world {world}; there are {}", self.slots.len()));
         self.slots.get(world).ok_or_else(missing)

@@ -19,6 +19,7 @@ mod lookup;
 mod message;
 mod parameters;
 mod pictures;
+mod pushes;
 mod recording;
 mod slot;
 mod snapshot;

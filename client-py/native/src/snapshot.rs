@@ -71,7 +71,7 @@ impl Snapshot {
         self.number
     }
 
-    /// Numbers that were given rather than drawn, as arrays of one run: (1, objects) and (1,).
+    /// Numbers that were given rather than drawn, as arrays of one run.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         parameters::given_arrays(py, &self.given)

@@ -17,7 +17,7 @@ use palmares_protocol::reply::{Ack, RunInfo, RunResult};
 use palmares_protocol::{Code, Encoding, Mode, Perturb, Refusal, Reply, Request, Step, request};
 use palmares_replay::{Header, Recorder, Signer, pack};
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::run::{Shot, ShotError};
+use palmares_tasks::run::{PushedPart, Shot, ShotError};
 use palmares_tasks::training::{Given, Shaper, open};
 use palmares_tasks::{Observation, Outcome, Reason, Run, Seed, Sensing};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
@@ -288,6 +288,23 @@ impl PyWorld {
         Ok(())
     }
 
+    /// Pushes an object at its centre of mass from the next tick on. The run has no replay from then on.
+    fn push_object(
+        &mut self,
+        object: usize,
+        force: [f64; 3],
+        torque: [f64; 3],
+        duration_s: f64,
+    ) -> PyResult<()> {
+        if self.outcome.is_some() {
+            return Err(PyValueError::new_err("the run is over; reset() opens another"));
+        }
+        let pushed = self.run.push_part(PushedPart::Object(object), Wrench { force, torque }, duration_s);
+        pushed.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        self.answered = None;
+        Ok(())
+    }
+
     /// Digest of the state, 16 hexadecimal digits.
     fn state_hash(&self) -> String {
         self.run.state_hash()
@@ -324,7 +341,13 @@ impl PyWorld {
         self.objects
     }
 
-    /// The numbers in effect: arrays (1, objects) and (1,).
+    /// Links of the hand.
+    #[getter]
+    fn links(&self) -> usize {
+        self.hand.links.len()
+    }
+
+    /// The numbers in effect, as arrays of one run.
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         parameters::in_effect(py, &[(&self.run, &self.hand_numbers)], &self.hand, self.objects)
     }

@@ -44,10 +44,14 @@ class World:
     def arrays(self, names: list[str]) -> dict[str, Floats]: ...
     def contacts(self, most: int) -> dict[str, NDArray[Any]]: ...
     def place(self, given: Placed) -> None: ...
+    def push_object(
+        self, index: int, force: Sequence[float], torque: Sequence[float], duration_s: float
+    ) -> None: ...
     def pictures(self, request: PictureRequest, kinds: list[str]) -> dict[str, NDArray[Any]]: ...
     def state_hash(self) -> str: ...
     tick: Final[int]
     objects: Final[int]
+    links: Final[int]
     score: Final[float]
     shaping: Final[float | None]
     potential: Final[dict[str, float] | None]
@@ -72,6 +76,7 @@ class Batch:
     ) -> None: ...
     threads: Final[int]
     objects: Final[int]
+    links: Final[int]
     physics_s: Final[float]
     tick_s: Final[float]
     action_len: Final[int]
@@ -104,6 +109,14 @@ class Batch:
     def push(
         self,
         link: str,
+        force: Floats,
+        torque: Floats,
+        duration_s: float,
+        mask: Sequence[bool],
+    ) -> None: ...
+    def push_object(
+        self,
+        index: int,
         force: Floats,
         torque: Floats,
         duration_s: float,

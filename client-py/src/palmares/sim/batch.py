@@ -151,8 +151,8 @@ class Batch:
             seeds: (N,), 0 to 2**53 - 1; seeds of other worlds are ignored.
             mask: (N,).
             parameters: Numbers given for these runs rather than drawn, by their names in `Batch.parameters`:
-                of the objects (N, objects), or (N,) for all objects of a world, of the hand (N,). Such runs
-                are for learning, as those with `Training.randomise`.
+                of objects (N, objects) and of links (N, links), or (N,) for all of a world, gravity (N, 3),
+                of the hand (N,). Such runs are for learning, as those with `Training.randomise`.
 
         Raises:
             ValueError: A seed, the mask or a parameter is invalid; nothing has changed.
@@ -166,7 +166,7 @@ class Batch:
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
         try:
-            given = given_rows(parameters, self.count, self._native.objects)
+            given = given_rows(parameters, self.count, self._native.objects, self._native.links)
             self._drop_worlds(chosen)
             with progress([*chosen].count(True), "world", "reset") as report:
                 self._native.reset(numbers, chosen, report, given)
@@ -302,6 +302,7 @@ class Batch:
         """The numbers in effect in each world, drawn, given or the task's own.
 
         ``mass``, ``friction``, ``size`` (N, objects): factors of what the task's objects have;
+        ``link_mass`` (N, links): factors of mass and inertia of the hand's links; ``gravity`` (N, 3): m/s²;
         ``sensor_noise`` (N,): factor of the sensors' errors; ``hand_NAME`` (N,) for each number in
         ``[uncertain]`` of the hand: a factor, or the number itself, NaN where it is the hand's own.
         """
@@ -325,13 +326,46 @@ class Batch:
             mask: (N,).
 
         Raises:
-            ValueError: There is no such link, a wrong shape, or a number out of bounds.
+            ValueError: There is no such link, a wrong shape, or a number out of bounds; nothing has changed.
 
         """
+        wrenches = self._wrenches(force, torque)
+        self._native.push(link, *wrenches, float(duration_s), self._mask(mask))
+
+    def push_object(
+        self,
+        index: int,
+        force: ArrayLike | None = None,
+        torque: ArrayLike | None = None,
+        duration_s: float = 0.1,
+        mask: Mask | None = None,
+    ) -> None:
+        """Push an object in the worlds of `mask`, or in all, from the next tick on.
+
+        An impulse J, N·s, is the force J / `duration_s`. The runs are then for learning: their status is
+        ``training``. Runs that are over stay as they are.
+
+        Args:
+            index: Row of the object in ``objects``.
+            force: (N, 3), N, at the object's centre of mass, world frame; zero when left out. At most 200.
+            torque: (N, 3), N·m; zero when left out. At most 20.
+            duration_s: Rounded up to whole ticks, at most 60.
+            mask: (N,).
+
+        Raises:
+            ValueError: A world has no such object, a wrong shape, or a number out of bounds; nothing has
+                changed.
+
+        """
+        index = whole("index", index, 0, max(0, self._native.objects - 1))
+        wrenches = self._wrenches(force, torque)
+        self._native.push_object(index, *wrenches, float(duration_s), self._mask(mask))
+
+    def _wrenches(self, force: ArrayLike | None, torque: ArrayLike | None) -> tuple[Array, Array]:
+        """Return forces and torques (N, 3)."""
         zero = np.zeros((self.count, 3))
         forces = zero if force is None else table("force", force, self.count, 3)
-        torques = zero if torque is None else table("torque", torque, self.count, 3)
-        self._native.push(link, forces, torques, float(duration_s), self._mask(mask))
+        return forces, zero if torque is None else table("torque", torque, self.count, 3)
 
     @property
     def training(self) -> Training:

@@ -10,14 +10,13 @@ from numpy.typing import ArrayLike
 from palmares.arguments import short, table
 from palmares.arrays import Array
 
-FACTORS = ("mass", "friction", "size")
-"""Factors of the objects' masses, friction coefficients and lengths"""
-
 
 def given_rows(
-    parameters: Mapping[str, ArrayLike] | None, count: int, objects: int
+    parameters: Mapping[str, ArrayLike] | None, count: int, objects: int, links: int
 ) -> dict[str, Array] | None:
-    """Return the parameters of `count` runs: of the objects arrays (count, objects), of the hand (count,).
+    """Return the parameters of `count` runs: a row for each object, link or axis of gravity, or one number.
+
+    Factors (count,) are repeated for all objects or links.
 
     Raises:
         ValueError: A wrong name or shape, or a number that is not finite.
@@ -25,15 +24,17 @@ def given_rows(
     """
     if not parameters:
         return None
+    factors = {"mass": objects, "friction": objects, "size": objects, "link_mass": links}
+    columns = {**factors, "gravity": 3}
     given = {}
     for name, value in parameters.items():
-        if name not in FACTORS and not (isinstance(name, str) and name.startswith("hand_")):
-            known = ", ".join(FACTORS)
+        if name not in columns and not (isinstance(name, str) and name.startswith("hand_")):
+            known = ", ".join(columns)
             raise ValueError(f"parameters: found {short(name)}; wanted some of {known}, hand_NAME")
         numbers = np.asarray(value)
-        if name in FACTORS and numbers.shape == (count,):
-            numbers = np.repeat(numbers[:, np.newaxis], objects, axis=1)
-        shape = (count, objects) if name in FACTORS else (count,)
+        if name in factors and numbers.shape == (count,):
+            numbers = np.repeat(numbers[:, np.newaxis], factors[name], axis=1)
+        shape = (count, columns[name]) if name in columns else (count,)
         given[name] = np.ascontiguousarray(table(f"parameters[{name!r}]", numbers, *shape))
     return given
 

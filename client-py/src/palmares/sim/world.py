@@ -111,8 +111,8 @@ class World:
             seed: Left out, the seed stays.
             cameras: As for the world.
             parameters: Numbers given for this run rather than drawn, by their names in `World.parameters`: of
-                the objects an array (objects,), or one number for all, of the hand a number. Such a run is
-                for learning, as one with `Training.randomise`.
+                objects (objects,) and of links (links,), or one number for all, gravity (3,), of the hand a
+                number. Such a run is for learning, as one with `Training.randomise`.
 
         Raises:
             ValueError: `seed` is no seed, or a parameter has no such name, shape or value; nothing has
@@ -122,7 +122,7 @@ class World:
         """
         seed = self._seed if seed is None else whole("seed", seed, 0, MAX_SEED)
         rows = {name: np.asarray(given)[np.newaxis] for name, given in (parameters or {}).items()}
-        given = given_rows(rows, 1, self._native.objects) if rows else None
+        given = given_rows(rows, 1, self._native.objects, self._native.links) if rows else None
         native = NativeWorld(self._task, self._hand, seed, self._sensing, self._noise, self._training, given)
         obs = read(native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
@@ -211,6 +211,23 @@ class World:
         wrench = PushWrench(force=vector("force", force), torque=vector("torque", torque))
         self.finish()
         return self.ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+
+    def push_object(
+        self,
+        index: int,
+        force: Numbers = (0.0, 0.0, 0.0),
+        torque: Numbers = (0.0, 0.0, 0.0),
+        duration_s: float = 0.1,
+    ) -> None:
+        """Push an object from the next tick on; as `Batch.push_object`. The run has no replay from then on.
+
+        Raises:
+            ValueError: There is no such object, or a number is out of bounds.
+
+        """
+        index = whole("index", index, 0, max(0, self._native.objects - 1))
+        self.finish()
+        self._native.push_object(index, vector("force", force), vector("torque", torque), float(duration_s))
 
     def result(self) -> Result:
         """End the run: the objects settle and are counted. Later calls return the same result."""
