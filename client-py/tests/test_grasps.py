@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 import subprocess
 import sys
@@ -258,6 +259,8 @@ def test_the_program_shows_checks_and_draws_a_file(
     page = tmp_path / "page.html"
     assert program.main(["page", str(made), "--out", str(page)]) == 0
     assert page.read_text().count('<img src="data:image/png;base64,iVBOR') >= 1
+    assert program.main(["dataset", str(made), "--sample", "1", "--out", str(tmp_path / "runs")]) == 0
+    assert json.loads((tmp_path / "runs/meta/info.json").read_text())["total_episodes"] == 1
     with H5PY.File(made) as file:
         hashes = file["objects/056_tennis_ball/pose_0/kept/state_hash"][:]
     changed = tmp_path / "changed.h5"

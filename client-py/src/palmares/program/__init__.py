@@ -12,6 +12,7 @@ from palmares.outputs import show_everything
 
 # Commands in Python, with the module whose `main` takes their arguments.
 COMMANDS = {
+    "dataset": "palmares.program.dataset",
     "demo": "palmares.program.demo",
     "evaluate": "palmares.program.evaluate",
     "foxglove": "palmares.program.foxglove",
