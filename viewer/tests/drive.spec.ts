@@ -17,7 +17,10 @@ interface Driving {
     driver: {
       tick: number;
       phase: string;
-      recording: { entries: { kind: string }[]; result: { score: number; ticks: number; state_hash: string; replay?: { sha256: string } } | null };
+      recording: {
+        entries: { kind: string }[];
+        result: { score: number; ticks: number; state_hash: string; replay?: { sha256: string } } | null;
+      };
     };
   };
 }
