@@ -332,6 +332,20 @@ def test_tries_as_arrays_for_learning(made: Path) -> None:
     assert data.kept[kept.row].all()
 
 
+def test_a_network_learns_from_the_tries(made: Path, tmp_path: Path) -> None:
+    pytest.importorskip("torch")
+    from palmares.examples.train_grasp_success import auc, parsed, train
+
+    other = tmp_path / "brick.h5"
+    make("yale_t42", [BRICK], other, pool=processes(1), **SMALL)
+    with pytest.raises(ValueError, match="found one object, 056_tennis_ball; wanted at least two"):
+        train(parsed([str(made)]))
+    words = [str(made), str(other), "--epochs", "2", "--policy", str(tmp_path / "success.pt")]
+    assert set(train(parsed(words))) == {"known", "unseen"}
+    assert (tmp_path / "success.pt").stat().st_size > 0
+    assert auc(np.array([0.1, 0.4, 0.35, 0.8]), np.array([0, 0, 1, 1])) == 0.75
+
+
 def test_closure_and_quality_of_a_textbooks_contacts() -> None:
     pair = [Contact("", (0, y, 0), (0, -y, 0), model="soft_finger") for y in (-0.03, 0.03)]
     assert force_closure(pair).closed
