@@ -1,4 +1,4 @@
-"""Fields of a table of TOML, read one by one; an error names file, field, what was found and what is valid."""
+"""Fields of a table of TOML, read one by one; an error names file, field, value and valid values."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ class Trials:
 def placed(fields: Fields, name: str) -> list[list[float]]:
     """Read positions, with `rpy` for all of them, or poses."""
     rpy = fields.numbers("rpy", (3,), (0.0, 0.0, 0.0))
-    # Roll about x is a turn about z seen from x towards z.
+    # This permutation of the axes makes a turn about z one about x.
     lay = array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     roll = matmul(lay, rot_z(rpy[0]), lay.T)
     quat = quat_of(matmul(rot_z(rpy[2]), rot_y(rpy[1]), roll)).tolist()

@@ -26,7 +26,9 @@ PARTS = 20
 LIFT_M, LIFT_S, STILL_S = 0.05, 0.5, 0.3
 """How far and in what time the hand lifts the object, and how long it then waits"""
 FREE_M = 0.0005
-"""Distance of the object from the table at the start"""
+"""Distance of the object from the post at the start"""
+POST = 0.5
+"""Half width of the post under the object, in parts of the object's smallest half length"""
 EDGES = 8
 """Edges of the pyramids inside the friction cones"""
 DOWN = array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
@@ -34,7 +36,7 @@ DOWN = array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
 
 TASK = """\
 name = "design"
-description = "One object on a table under a hand."
+description = "One object on a post under a hand."
 tick_s = 0.01
 step_s = 0.001
 time_limit_s = 60.0
@@ -51,10 +53,10 @@ center = [0.0, 0.0]
 size = [3.0, 3.0]
 
 [[furniture]]
-name = "table"
+name = "post"
 friction = 0.5
 color = [0.62, 0.50, 0.38]
-parts = [{{ position = [0.0, 0.0, -0.02], half_extents = [0.6, 0.6, 0.02] }}]
+parts = [{{ position = [0.0, 0.0, -0.15], half_extents = [{post}, {post}, 0.15] }}]
 
 [[regions]]
 name = "middle"
@@ -123,7 +125,7 @@ class Epsilon(Goal):
         )
 
     def measure(self, hand: str) -> Measured:
-        """Close on the object, which stands on a table, lift it and take the contacts; 0 if it is not held."""
+        """Close on the object on its post, lift it and take the contacts; 0 if it is not held."""
         turn = matmul(DOWN, matrix_of(self.place[3:]))
         aside = matmul(DOWN, self.place[:3])
         height = _reach_down(self.shape, self.size, turn) + FREE_M
@@ -133,6 +135,7 @@ class Epsilon(Goal):
             text = TASK.format(
                 position=base.tolist(),
                 quat=quat,
+                post=POST * min(self.size),
                 shape=self.shape,
                 size=_size(self.shape, self.size),
                 mass=self.mass,

@@ -137,7 +137,7 @@ def _refuse_turned(files: HandFiles, link: _Link, name: str) -> None:
     for shape in _shapes(link.element):
         if shape.tag in ("cylinder", "capsule") and link.axis != 2:
             raise ValueError(
-                f"{where}: its {shape.tag} is along z, the link along {AXES[link.axis]}: it has no length here"
+                f"{where}: its {shape.tag} is along z, the link along {AXES[link.axis]}: it has no length"
             )
 
 

@@ -22,7 +22,8 @@ COLOURS = {
     "fault": "#000000",
 }
 STYLE = (
-    "text { font: 13px system-ui, sans-serif; fill: #333 } .head { font-weight: 600 } .small { font-size: 11px } "
+    "text { font: 13px system-ui, sans-serif; fill: #333 } .head { font-weight: 600 } "
+    ".small { font-size: 11px } "
     "@media (prefers-color-scheme: dark) { text { fill: #ddd } }"
 )
 
@@ -45,7 +46,7 @@ def picture(design: Design, designed: Designed, best: Candidate) -> str:
             parts.append(f'<g transform="translate({LEFT} {y + 12:g})">{"".join(rows)}</g>')
             y += height + 44
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {y:g}" width="{WIDTH}" height="{y:g}">'
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {y:g}" width="{WIDTH}">'
         f"<style>{STYLE}</style>{''.join(parts)}</svg>\n"
     )
 
@@ -62,7 +63,7 @@ def _history(designed: Designed, best: Candidate) -> tuple[list[str], float]:
         return [f'<text y="14">no hand keeps the limits; missed by {best.missed:.3g} of them</text>'], 20
     low, high = min(score for _, score in scores), max(score for _, score in scores)
     wide, most = WIDTH - 2 * LEFT - 70, max(1, len(designed.tried) - 1)
-    way = []
+    way: list[str] = []
     for number, score in scores:
         x = 60 + wide * number / most
         y = HIGH - (HIGH - 10) * ((score - low) / (high - low) if high > low else 0.5)
@@ -72,7 +73,8 @@ def _history(designed: Designed, best: Candidate) -> tuple[list[str], float]:
         f'<polyline points="{" ".join(way)}" fill="none" stroke="#2a6fc9" stroke-width="2"/>',
         f'<text class="small" x="52" y="14" text-anchor="end">{high:.4g}</text>',
         f'<text class="small" x="52" y="{HIGH}" text-anchor="end">{low:.4g}</text>',
-        f'<text class="small" x="{60 + wide}" y="{HIGH + 15}" text-anchor="end">{len(designed.tried)} hands</text>',
+        f'<text class="small" x="{60 + wide}" y="{HIGH + 15}" text-anchor="end">'
+        f"{len(designed.tried)} hands</text>",
     ]
     return rows, HIGH + 15
 

@@ -19,8 +19,8 @@ PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67
 SPREAD = 1.0 / 3.0
 """Part of the evaluations that is spread over the cube"""
 FIRST_STEP, LARGEST_STEP, LAST_STEP = 0.15, 0.4, 2e-5
-"""Standard deviation of the evolution's steps, in parts of the range: the first, the largest, and the one below
-which it begins anew at another of Halton's points"""
+"""Standard deviation of the evolution's steps, in parts of the range: the first, the largest, and the one
+below which it begins anew at another of Halton's points"""
 SUCCESS, SLOW, OFTEN = 2.0 / 11.0, 1.0 / 12.0, 0.44
 """Of Igel, Suttorp and Hansen: aimed share of successes, rate of its mean, and share above which the
 distribution keeps its shape"""
