@@ -4,9 +4,21 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 from palmares.design.spans import Element, Path, Span, elements_of, toml_spans
+
+
+# A place is read more often than it is written; nothing changes what these return.
+@lru_cache(maxsize=16)
+def _settings(text: str) -> dict[str, Any]:
+    return tomllib.loads(text)
+
+
+@lru_cache(maxsize=16)
+def _robot(data: bytes) -> Element:
+    return elements_of(data)
 
 
 @dataclass(frozen=True)
@@ -20,12 +32,12 @@ class HandFiles:
     @property
     def settings(self) -> dict[str, Any]:
         """Contents of ``hand.toml``."""
-        return tomllib.loads(self.toml)
+        return _settings(self.toml)
 
     @property
     def robot(self) -> Element:
         """Root element of the URDF."""
-        return elements_of(self.urdf)
+        return _robot(self.urdf)
 
     def urdf_with(self, edits: list[tuple[Span, str]]) -> HandFiles:
         """Return the files with other texts in some spans of the URDF."""

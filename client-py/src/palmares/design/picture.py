@@ -63,14 +63,14 @@ def _history(designed: Designed, best: Candidate) -> tuple[list[str], float]:
         return [f'<text y="14">no hand keeps the limits; missed by {best.missed:.3g} of them</text>'], 20
     low, high = min(score for _, score in scores), max(score for _, score in scores)
     wide, most = WIDTH - 2 * LEFT - 70, max(1, len(designed.tried) - 1)
-    way: list[str] = []
+    way = ""
     for number, score in scores:
         x = 60 + wide * number / most
         y = HIGH - (HIGH - 10) * ((score - low) / (high - low) if high > low else 0.5)
-        way.append(f"{x:.1f},{y:.1f}" if not way else f"{x:.1f},{way[-1].split(',')[1]} {x:.1f},{y:.1f}")
+        way += f"H{x:.1f}V{y:.1f}" if way else f"M{x:.1f} {y:.1f}"
     rows = [
         f'<path d="M60 0V{HIGH}H{60 + wide}" fill="none" stroke="#888"/>',
-        f'<polyline points="{" ".join(way)}" fill="none" stroke="#2a6fc9" stroke-width="2"/>',
+        f'<path d="{way}" fill="none" stroke="#2a6fc9" stroke-width="2"/>',
         f'<text class="small" x="52" y="14" text-anchor="end">{high:.4g}</text>',
         f'<text class="small" x="52" y="{HIGH}" text-anchor="end">{low:.4g}</text>',
         f'<text class="small" x="{60 + wide}" y="{HIGH + 15}" text-anchor="end">'

@@ -16,7 +16,7 @@ Key: TypeAlias = tuple[float, float]
 
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71)
 """Bases of Halton's sequence; so many unknowns at most"""
-SPREAD = 1.0 / 3.0
+SPREAD = 0.5
 """Part of the evaluations that is spread over the cube"""
 FIRST_STEP, LARGEST_STEP, LAST_STEP = 0.15, 0.4, 2e-5
 """Standard deviation of the evolution's steps, in parts of the range: the first, the largest, and the one
