@@ -26,6 +26,8 @@ from palmares.sim import HANDS
 
 DIGITS = 6
 """Significant digits of a designed number: what is measured is what is written"""
+SLACK_M = 1e-9
+"""Changes of a tendon's length that are roundings"""
 MOST_CHECKED = 20
 """So many of the best hands at most are checked, until one is usable"""
 
@@ -135,6 +137,12 @@ class Maker:
         """Return the files with offsets of the motors with which the open tendons are as taut as before."""
         given = {key for it in self.design.unknowns for place in it.places for key in [place.keys]}
         more, before = self._slack_of(hand) - self._slack, self.files.settings.get("motors", {})
+        shared = np.count_nonzero(hand.W, axis=1) > 1
+        if shared[np.abs(more) > SLACK_M].any():
+            raise ValueError(
+                "hand.toml: a tendon of several motors is no longer as taut as it was; write taut = false "
+                "into the design file, and make offsets unknowns"
+            )
         for column, motor in enumerate(hand.motors):
             wound = hand.W[:, column]
             rows = np.flatnonzero(wound)
@@ -247,6 +255,8 @@ def copy_of(hand: str, folder: Path) -> None:
 
     """
     if hand not in HANDS:
+        if folder.resolve().is_relative_to(Path(hand).resolve()):
+            raise ValueError(f"{folder} is in the folder of the hand {hand}; name another")
         shutil.copytree(hand, folder, dirs_exist_ok=True)
         return
     command = [sys.executable, "-m", "palmares", "hand", "copy", hand, "--out", str(folder), "--force"]

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.reproducible import dot, exp, matmul, normal
+from palmares.reproducible import dot, exp, log, matmul, normal
 
 Key: TypeAlias = tuple[float, float]
 """What is compared, the smaller the better: by how much limits are missed, then the score with a minus"""
@@ -18,9 +18,9 @@ PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67
 """Bases of Halton's sequence; so many unknowns at most"""
 SPREAD = 0.5
 """Part of the evaluations that is spread over the cube"""
-FIRST_STEP, LARGEST_STEP, LAST_STEP = 0.15, 0.4, 2e-5
-"""Standard deviation of the evolution's steps, in parts of the range: the first, the largest, and the one
-below which it begins anew at another of Halton's points"""
+LARGEST_STEP, LAST_STEP = 0.4, 2e-5
+"""Standard deviation of the evolution's steps, in parts of the range: the largest, and the one below which it
+begins anew at another of Halton's points"""
 SUCCESS, SLOW, OFTEN = 2.0 / 11.0, 1.0 / 12.0, 0.44
 """Of Igel, Suttorp and Hansen: aimed share of successes, rate of its mean, and share above which the
 distribution keeps its shape"""
@@ -39,13 +39,15 @@ def search(
     points = [start, *(halton(number, len(start)) for number in range(1, spread + 1))][:evaluations]
     first = [(evaluate(point), row) for row, point in enumerate(points)]
     left = evaluations - len(points)
+    # Half of the distance between neighbours of so many points.
+    step = 0.5 * exp(-log(float(len(points))) / len(start))
     for key, row in sorted(first):
         if left <= 0:
             return
-        left -= _evolve(evaluate, points[row], key, left, generator)
+        left -= _evolve(evaluate, points[row], key, step, left, generator)
     while left > 0:
         point = array(generator.random(len(start)))
-        left -= 1 + _evolve(evaluate, point, evaluate(point), left - 1, generator)
+        left -= 1 + _evolve(evaluate, point, evaluate(point), step, left - 1, generator)
 
 
 def halton(number: int, n: int) -> Array:
@@ -62,12 +64,17 @@ def halton(number: int, n: int) -> Array:
 
 
 def _evolve(
-    evaluate: Callable[[Array], Key], point: Array, key: Key, most: int, generator: np.random.Generator
+    evaluate: Callable[[Array], Key],
+    point: Array,
+    key: Key,
+    step: float,
+    most: int,
+    generator: np.random.Generator,
 ) -> int:
-    """Improve a point with at most `most` evaluations; return how many they were."""
+    """Improve a point, from this step, with at most `most` evaluations; return how many they were."""
     n = len(point)
     keep = 1.0 - 2.0 / (n * n + 6.0)
-    factor, step, succeeded = np.eye(n), FIRST_STEP, SUCCESS
+    factor, succeeded = np.eye(n), SUCCESS
     for used in range(most):
         if step < LAST_STEP:
             return used
