@@ -424,6 +424,21 @@ def test_a_longer_link_moves_what_is_on_it_and_has_the_inertia_of_even_density()
         assert float(found[name]) == pytest.approx(m * expected / 12)
 
 
+def test_a_shape_that_is_turned_by_a_right_angle_is_longer_along_the_link_and_no_other_can_be() -> None:
+    files = of_t42()
+    straight = b'<origin xyz="0 0 0.031"/>\n      <geometry><box size="0.02 0.014 0.056"/></geometry>'
+    assert straight in files.urdf
+    for roll, size in (("1.5707963267948966", "0.02 0.056 0.014"), ("0.3", "0.02 0.014 0.056")):
+        turned = f'<origin xyz="0 0 0.031" rpy="{roll} 0 0"/><geometry><box size="{size}"/></geometry>'
+        other = HandFiles(files.toml, files.urdf.replace(straight, turned.encode(), 1))
+        place = Place("length.left_proximal")
+        if roll == "0.3":
+            with pytest.raises(ValueError, match="its box cannot be longer along the link's z axis"):
+                place.read(other)
+        else:
+            assert b'size="0.02 0.112 0.014"' in place.write(other, 0.124).urdf
+
+
 OF_T42 = f"hand = '{T42}'\n"
 UNKNOWN = '[[unknowns]]\nname = "u"\nin = "{}"\nrange = [0, 1]\n'
 POSTURES = '[[goals]]\nkind = "postures"\nsigma = [[0.5]]\nq = [[0.1, nan, 0.1, nan]]\n'

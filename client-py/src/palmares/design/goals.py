@@ -15,8 +15,9 @@ from palmares.analysis import Contact, Forces, Hand
 from palmares.analysis.hand import Rest
 from palmares.arrays import array
 from palmares.design.fields import Fields
-from palmares.reproducible import dot, matmul
-from palmares.rotation import quat_of, rot_y, rot_z
+from palmares.design.hand_files import turn_of
+from palmares.reproducible import dot
+from palmares.rotation import quat_of
 
 Shape = Literal["sphere", "cylinder", "box"]
 SIZES: dict[str, tuple[int, ...]] = {"sphere": (1,), "cylinder": (2,), "box": (3,)}
@@ -124,10 +125,7 @@ class Trials:
 def placed(fields: Fields, name: str) -> list[list[float]]:
     """Read positions, with `rpy` for all of them, or poses."""
     rpy = fields.numbers("rpy", (3,), (0.0, 0.0, 0.0))
-    # This permutation of the axes makes a turn about z one about x.
-    lay = array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    roll = matmul(lay, rot_z(rpy[0]), lay.T)
-    quat = quat_of(matmul(rot_z(rpy[2]), rot_y(rpy[1]), roll)).tolist()
+    quat = quat_of(turn_of(rpy)).tolist()
     return [row if len(row) == 7 else [*row, *quat] for row in fields.rows(name, (3, 7))]
 
 

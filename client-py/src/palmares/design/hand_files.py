@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+from palmares.arrays import Array, array
 from palmares.design.spans import Element, Path, Span, elements_of, toml_spans
+from palmares.reproducible import matmul
+from palmares.rotation import rot_y, rot_z
 
 
 # A place is read more often than it is written; nothing changes what these return.
@@ -89,3 +93,11 @@ def vector_of(files: HandFiles, element: Element, name: str) -> tuple[list[float
 def listed(names: list[str]) -> str:
     """Return names with commas."""
     return ", ".join(names) if names else "nothing"
+
+
+def turn_of(rpy: Sequence[float]) -> Array:
+    """Return the rotation matrix (3, 3) of roll, pitch and yaw as of URDF, rad."""
+    # This permutation of the axes makes a turn about z one about x.
+    lay = array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    roll = matmul(lay, rot_z(rpy[0]), lay.T)
+    return matmul(rot_z(rpy[2]), rot_y(rpy[1]), roll)

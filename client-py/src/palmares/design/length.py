@@ -7,10 +7,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from palmares.design.hand_files import HandFiles, named, number, vector_of
+import numpy as np
+
+from palmares.arrays import Array
+from palmares.design.hand_files import HandFiles, named, number, turn_of, vector_of
 from palmares.design.spans import Element, Span
+from palmares.reproducible import matmul
 
 AXES = "xyz"
+ALONG = 1.0 - 1e-6
+"""Cosine from which an axis of a part is along one of its link"""
 
 
 @dataclass(frozen=True)
@@ -50,26 +56,32 @@ def write(files: HandFiles, keys: tuple[str, ...], value: float) -> HandFiles:
     for origin in _origins(link):
         if "xyz" in origin.attributes:
             scaled(origin, "xyz", along)
-    for shape in _shapes(link.element):
-        if shape.tag == "box":
-            scaled(shape, "size", along)
-        elif shape.tag in ("cylinder", "capsule"):
-            scaled(shape, "length", [factor])
-        elif shape.tag == "mesh" and "scale" in shape.attributes:
-            scaled(shape, "scale", along)
-        elif shape.tag == "mesh":
-            raise ValueError(
-                f'{files.urdf_name}: link {name!r}: a mesh has no scale; add scale="1 1 1" to stretch it'
-            )
-    inertial = link.element.first("inertial")
-    for mass in inertial.all("mass") if inertial is not None else []:
-        scaled(mass, "value", [factor])
-    for inertia in inertial.all("inertia") if inertial is not None else []:
-        for attribute, value in _stretched(inertia, link.axis, factor).items():
-            edits.append((inertia.attribute_span(files.urdf, attribute), number(value)))
+    for whole in (*link.element.all("collision"), *link.element.all("visual")):
+        along_shape = _along(files, whole, link.axis)
+        for shape in _shapes(whole):
+            if along_shape is None or not _stretches(shape, along_shape):
+                # A turned visual moves only; `_refuse_turned` has seen the collision shapes.
+                continue
+            own = [factor if axis == along_shape else 1.0 for axis in range(3)]
+            if shape.tag == "box":
+                scaled(shape, "size", own)
+            elif shape.tag in ("cylinder", "capsule"):
+                scaled(shape, "length", [factor])
+            elif shape.tag == "mesh":
+                scaled(shape, "scale", own)
+    for inertial in link.element.all("inertial"):
+        for mass in inertial.all("mass"):
+            scaled(mass, "value", [factor])
+        own_axis = _along(files, inertial, link.axis)
+        for inertia in inertial.all("inertia") if own_axis is not None else []:
+            assert own_axis is not None
+            for attribute, value in _stretched(inertia, own_axis, factor).items():
+                edits.append((inertia.attribute_span(files.urdf, attribute), number(value)))
     files = files.urdf_with(edits)
-    own = files.settings.get("links", {}).get(name, {}).get("mass")
-    return files if own is None else files.toml_with(("links", name, "mass"), number(own * factor))
+    mass_there = files.settings.get("links", {}).get(name, {}).get("mass")
+    if mass_there is None:
+        return files
+    return files.toml_with(("links", name, "mass"), number(mass_there * factor))
 
 
 def _link(files: HandFiles, name: str) -> _Link:
@@ -96,10 +108,33 @@ def _origin(files: HandFiles, element: Element) -> list[float]:
     return vector_of(files, found, "xyz")[0]
 
 
-def _shapes(link: Element) -> Iterator[Element]:
-    for whole in (*link.all("collision"), *link.all("visual")):
-        for geometry in whole.all("geometry"):
-            yield from geometry.children
+def _shapes(whole: Element) -> Iterator[Element]:
+    for geometry in whole.all("geometry"):
+        yield from geometry.children
+
+
+def _turn(files: HandFiles, whole: Element) -> Array:
+    """Return the rotation (3, 3) of a part of a link."""
+    found = whole.first("origin")
+    rpy = vector_of(files, found, "rpy")[0] if found is not None and "rpy" in found.attributes else [0.0] * 3
+    return turn_of(rpy)
+
+
+def _along(files: HandFiles, whole: Element, axis: int) -> int | None:
+    """Return the axis of a part's frame that is along an axis of the link's; None if none is."""
+    for own, cosine in enumerate(_turn(files, whole)[axis].tolist()):
+        if abs(cosine) > ALONG:
+            return own
+    return None
+
+
+def _stretches(shape: Element, axis: int) -> bool:
+    """Whether a shape can be longer along an axis of its frame."""
+    return (
+        shape.tag == "box"
+        or (shape.tag in ("cylinder", "capsule") and axis == 2)
+        or "scale" in shape.attributes
+    )
 
 
 def _origins(link: _Link) -> Iterator[Element]:
@@ -123,22 +158,24 @@ def _ends(files: HandFiles, link: Element, name: str) -> Iterator[list[float]]:
                 half = [0.5 * size for size in vector_of(files, shape, "size")[0]]
             elif shape.tag in ("cylinder", "capsule"):
                 half[2] = 0.5 * vector_of(files, shape, "length")[0][0]
-            yield [abs(at) + h for at, h in zip(middle, half, strict=True)]
+            reach = matmul(np.abs(_turn(files, whole)), half).tolist()
+            yield [abs(at) + r for at, r in zip(middle, reach, strict=True)]
 
 
 def _refuse_turned(files: HandFiles, link: _Link, name: str) -> None:
+    """Refuse collision shapes and inertia that cannot be longer along the link."""
     where = f"{files.urdf_name}: link {name!r}"
-    for whole in link.element.children:
-        for origin in whole.all("origin"):
-            if any(vector_of(files, origin, "rpy")[0] if "rpy" in origin.attributes else []):
+    for whole in link.element.all("collision"):
+        own = _along(files, whole, link.axis)
+        for shape in _shapes(whole):
+            if shape.tag != "sphere" and (own is None or not _stretches(shape, own)):
+                more = '; add scale="1 1 1" to its mesh' if shape.tag == "mesh" and own is not None else ""
                 raise ValueError(
-                    f"{where}: its <{whole.tag}> is turned; a link with turned parts has no length"
+                    f"{where}: its {shape.tag} cannot be longer along the link's {AXES[link.axis]} axis{more}"
                 )
-    for shape in _shapes(link.element):
-        if shape.tag in ("cylinder", "capsule") and link.axis != 2:
-            raise ValueError(
-                f"{where}: its {shape.tag} is along z, the link along {AXES[link.axis]}: it has no length"
-            )
+    for whole in link.element.all("inertial"):
+        if _along(files, whole, link.axis) is None and files.settings.get("inertia") != "from_geometry":
+            raise ValueError(f'{where}: its <inertial> is turned; inertia = "from_geometry" replaces it')
 
 
 def _refuse_what_is_on_it(files: HandFiles, link: _Link, name: str) -> None:
