@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,10 @@ pytest.importorskip("palmares.sim", reason="the package has no compiled part")
 
 from palmares.analysis import Hand
 from palmares.arrays import Array
-from palmares.design import Candidate, find, maker, read
+from palmares.design import Candidate, Designed, find, maker, read
 from palmares.design.goals import Measured, PosturesMissed
 from palmares.design.hand_files import HandFiles
-from palmares.design.making import copy_of, files_of, write
+from palmares.design.making import copy_of, files_of, usable, write
 from palmares.design.places import Place
 from palmares.design.search import folded, halton, search
 from palmares.design.spans import toml_spans
@@ -87,7 +88,7 @@ def test_a_length_is_that_of_the_closed_form(tmp_path: Path) -> None:
     angle, r2 = 0.6, 0.0055
     proximal = '[[unknowns]]\nname = "proximal"\nin = "length.left_proximal"\nrange = [0.01, 0.09]\n'
     near = FINGER.format(angle=angle, k1=0.01, k2=K2)
-    best = of_finger(tmp_path, proximal + near, 50)
+    best = of_finger(tmp_path, proximal + near, 40)
     # Contacts stay at their points of the links; f1 = f2 solved for l1.
     expected = (K2 * R1 / r2 - 0.01 - K2) / math.cos(angle)
     print(f"length: found {best.values[0]:.5f} m, expected {expected:.5f} m")
@@ -97,7 +98,7 @@ def test_a_length_is_that_of_the_closed_form(tmp_path: Path) -> None:
 def test_the_compromise_of_two_postures_is_that_of_a_fine_grid(tmp_path: Path) -> None:
     angles = (0.1, 1.2)
     goals = "".join(FINGER.format(angle=angle, k1=K1, k2=K2) for angle in angles)
-    best = of_finger(tmp_path, RADIUS + goals, 50)
+    best = of_finger(tmp_path, RADIUS + goals, 40)
 
     def missed(r2: float) -> float:
         cost = 0.0
@@ -248,17 +249,18 @@ def test_the_guide_designs_a_t42_that_is_better_than_a_grid_and_can_be_used(
     (tmp_path / "design.toml").write_text(design_of_the_guide())
     design = read(tmp_path / "design.toml")
     out = tmp_path / "my-hand"
-    done = palmares("hand", "design", str(design.path), "--out", str(out), "--evaluations", "10", "--quiet")
-    assert done.returncode == 0, done.stderr
+    options = ["--out", str(out), "--evaluations", "10", "--quiet"]
+    assert hand_design.main([str(design.path), *options]) == 0
+    said = capsys.readouterr().out
     # The guide prints the same with more evaluations.
-    assert "fates                             0.66667            1  more, weight 1" in done.stdout
-    assert done.stdout.splitlines()[-2] in (ROOT / "docs/analysis.md").read_text()
+    assert "fates                             0.66667            1  more, weight 1" in said
+    assert said.splitlines()[-2] in (ROOT / "docs/analysis.md").read_text()
     # Nine ratios of the pulleys, by Hand.ejection itself.
     goal = tomllib.loads(design_of_the_guide())["goals"][0]
     assert goal["rpy"] == pytest.approx([0, math.pi / 2, 0])
     places = [[*place, 0, math.sqrt(0.5), 0, math.sqrt(0.5)] for place in goal["places"]]
     parts = []
-    with maker(design) as made:
+    with maker(replace(design, hand=str(T42))) as made:
         unknown = design.unknowns[0]
         for radius in np.linspace(unknown.low, unknown.high, 9).tolist():
             files = made.files
@@ -570,3 +572,15 @@ def test_offsets_follow_scaling(tmp_path: Path) -> None:
         motor = made.at(np.array([0.0])).files.settings["motors"]["left_motor"]
     assert motor["scaling"] == 0.02
     assert motor["scaling"] * motor["offset"] == pytest.approx(0.026 * 0.301923)
+
+
+def test_a_hand_that_the_check_refuses_is_passed_over(tmp_path: Path) -> None:
+    longest = UNKNOWN.format("length.left_distal").replace("[0, 1]", "[0.02, 0.6]")
+    (tmp_path / "design.toml").write_text(OF_T42 + longest + POSTURES)
+    with maker(read(tmp_path / "design.toml")) as made:
+        found = [made.at(np.array([share])) for share in (1.0, 0.05)]
+        best, second = (replace(it, score=score) for it, score in zip(found, (2.0, 1.0), strict=True))
+    shutil.copytree(T42, tmp_path / "hand")
+    # A link of 0.6 m can be simulated, and is beyond the limits of a competition.
+    assert best.measured
+    assert usable(Designed(made.before, [best, second]), tmp_path / "hand") == second

@@ -5,14 +5,18 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+import textwrap
 from pathlib import Path
 
 from tqdm import tqdm
 
+from palmares.design import Designed, find, maker, read, write_hand
+from palmares.design.places import NOTATION
+from palmares.design.result import wanted
 from palmares.errors import PalmaresError
 from palmares.outputs import output_folder
 
-EXAMPLES = """\
+EXAMPLES = f"""\
 A design file names a hand, the numbers that may change with their ranges, and goals:
 
   hand = "yale_t42"
@@ -29,19 +33,19 @@ A design file names a hand, the numbers that may change with their ranges, and g
   places = [[0, 0, 0.13], [0, 0.02, 0.15]]
   rpy = [0, 1.5707963, 0]
 
+places of unknowns:
+{textwrap.indent(NOTATION, "  ")}
+
 examples:
   palmares hand design design.toml --out my-hand/
   palmares hand design design.toml --out my-hand/ --evaluations 500
   palmares hand check my-hand/
-docs/analysis.md lists places and goals. Ctrl-C ends the search and keeps the best hand so far."""
+docs/analysis.md explains places and goals. Ctrl-C ends the search and keeps the best hand so far."""
 
 
 def main(arguments: list[str]) -> int:
     """Run the command; return the exit code: 130 after Ctrl-C, with the best hand written."""
     options = _parser().parse_args(arguments)
-    from palmares.design import Designed, find, maker, read, write_hand
-    from palmares.design.result import wanted
-
     folder: Path = options.out
     try:
         if any(folder.iterdir()) and not options.force:
