@@ -23,6 +23,7 @@ from palmares.design.goals import Measured, PosturesMissed
 from palmares.design.hand_files import HandFiles
 from palmares.design.making import copy_of, files_of, usable, write
 from palmares.design.places import Place
+from palmares.design.result import name_of, named
 from palmares.design.search import folded, halton, search
 from palmares.design.spans import toml_spans
 from palmares.program import hand_design
@@ -557,6 +558,13 @@ def test_other_commands_of_hand_are_those_of_the_compiled_program() -> None:
     ours = palmares("hand", "design", "--help").stdout
     assert "--evaluations" in ours
     assert "pull_out" in ours
+
+
+def test_a_hand_has_the_name_of_its_folder_and_not_that_of_a_built_in_one() -> None:
+    names = {"my hand": "my_hand", "pinch": "pinch-designed", "v1.2": "v1.2"}
+    assert {name: name_of(Path("/tmp") / name) for name in names} == names
+    assert named(of_t42(), "other").settings["name"] == "other"
+    assert named(HandFiles("[base]\n", b""), "other").settings == {"name": "other", "base": {}}
 
 
 def test_a_hand_is_not_written_into_the_folder_that_it_is_made_of(tmp_path: Path) -> None:

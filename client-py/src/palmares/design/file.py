@@ -48,7 +48,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Design:
-    """What a design file says."""
+    """The contents of a design file."""
 
     path: Path
     hand: str

@@ -33,12 +33,12 @@ class Measured:
 
     value: float
     fate: NDArray[np.str_] | None = None
-    """What becomes of the objects, sizes × places, where the goal plays them"""
+    """Fate of each object, sizes × places, of a goal that plays them"""
 
 
 @dataclass(frozen=True)
 class Common:
-    """What every goal has."""
+    """The fields that every goal has."""
 
     name: str
     weight: float
@@ -48,7 +48,7 @@ class Common:
 
 
 class Goal(ABC):
-    """A goal; `common` has what does not depend on its kind."""
+    """A goal; `common` has the fields that do not depend on its kind."""
 
     kind: ClassVar[str]
     unit: ClassVar[str] = ""
@@ -106,7 +106,7 @@ class Trials:
         )
 
     def play(self, hand: str, loads: Sequence[Sequence[float]]) -> NDArray[np.str_]:
-        """Return what becomes of the objects, sizes × places."""
+        """Return the fate of each object, sizes × places."""
         sigma = self.sigma if len(self.sigma) > 1 else self.sigma[0]
         found = Hand(hand).ejection(
             self.shape,
@@ -281,16 +281,12 @@ class ForcesMissed(Goal):
                 f"{', '.join(model.coordinates)}"
             )
         q, none = array(self.posture), array([])
-        at = Rest(q, none, array([0, 0, 0, 0, 0, 0, 1]), model.poses(q), "", (), none, none)
-        touching = model.grasp(_with_tensions(at, model), self.contacts)
+        slack = np.zeros(len(model.tendons))
+        at = Rest(q, slack, array([0, 0, 0, 0, 0, 0, 1]), model.poses(q), "", (), none, none)
+        touching = model.grasp(at, self.contacts)
         sigma = self.sigma * (len(model.motors) if len(self.sigma) == 1 else 1)
         wanted = Forces(sigma, touching.J, self.posture, self.shares)
         return Measured(_rms(model.differences([], [wanted])[0].tolist()))
-
-
-def _with_tensions(rest: Rest, hand: Hand) -> Rest:
-    fields = {**vars(rest), "tension": np.zeros(len(hand.tendons))}
-    return Rest(**fields)
 
 
 def _rms(differences: list[float]) -> float:

@@ -25,7 +25,7 @@ from palmares.reproducible import matmul
 from palmares.sim import HANDS
 
 DIGITS = 6
-"""Significant digits of a designed number: what is measured is what is written"""
+"""Significant digits of a designed number, in the measured hand as in the written one"""
 SLACK_M = 1e-9
 """Changes of a tendon's length that are roundings"""
 MOST_CHECKED = 20
@@ -45,17 +45,17 @@ class Candidate:
     """Why it cannot be measured"""
     score: float
     missed: float
-    """By how much the limits are missed, in parts of them"""
+    """Sum of the parts by which limits are missed"""
 
     @property
     def key(self) -> Key:
-        """What is compared, the smaller the better."""
+        """Key of comparison, the smaller the better."""
         return self.missed, -self.score
 
 
 @dataclass
 class Designed:
-    """What a search has found."""
+    """The hands of a search."""
 
     before: Candidate
     """The hand as it was"""
@@ -197,7 +197,7 @@ def maker(design: Design) -> Iterator[Maker]:
 def find(
     made: Maker, evaluations: int, seed: int = 1, report: Callable[[Designed], None] | None = None
 ) -> Designed:
-    """Search for the best hand; Ctrl-C ends the search and keeps what was found.
+    """Search for the best hand; Ctrl-C ends the search and keeps the hands so far.
 
     The result is a function of the design, `evaluations` and `seed`, on every machine.
 
@@ -260,6 +260,8 @@ def copy_of(hand: str, folder: Path) -> None:
         shutil.copytree(hand, folder, dirs_exist_ok=True)
         return
     command = [sys.executable, "-m", "palmares", "hand", "copy", hand, "--out", str(folder), "--force"]
+    # The folder may have the name of a built-in hand.
+    command += ["--name", "designed"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, encoding="utf-8")
     if done.returncode != 0:
         raise ValueError(f"{hand}: {done.stderr.strip()}")

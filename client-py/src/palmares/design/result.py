@@ -53,7 +53,7 @@ def write_hand(design: Design, designed: Designed, folder: Path, command: str) -
 
     Args:
         design: The design.
-        designed: What the search has found.
+        designed: The hands of the search.
         folder: The new hand's folder.
         command: The command that does it again, for the page.
 
@@ -76,8 +76,9 @@ def write_hand(design: Design, designed: Designed, folder: Path, command: str) -
 
 
 def name_of(folder: Path) -> str:
-    """Return the name of a hand after its folder: letters, digits, ``_``, ``-`` and ``.``."""
-    return re.sub(r"[^A-Za-z0-9_.-]", "_", folder.resolve().name)[:64] or "hand"
+    """Return the name of a hand after its folder, other than those of built-in hands."""
+    name = re.sub(r"[^A-Za-z0-9_.-]", "_", folder.resolve().name)[:50] or "hand"
+    return f"{name}-designed" if name in HANDS else name
 
 
 def named(files: HandFiles, name: str) -> HandFiles:
@@ -110,6 +111,10 @@ def _page(
     count = len(design.unknowns)
     ended = "Ctrl-C ended the search after" if designed.interrupted else "The search measured"
     limits = "" if best.missed == 0.0 else " No hand keeps all limits; this one misses them least."
+    problems = [it.problem for it in designed.tried if it.problem]
+    unmeasured = ""
+    if problems:
+        unmeasured = f" {len(problems)} of them could not be measured; the first one: {problems[0]}."
     hand = design.hand if design.hand in HANDS else Path(design.hand).resolve().name
     return README.format(
         name=name,
@@ -119,7 +124,7 @@ def _page(
         unknowns="\n".join(unknowns),
         offsets=_offsets(before, best.files),
         goals="\n".join(goals),
-        searched=f"{ended} {len(designed.tried)} hands.{limits}",
+        searched=f"{ended} {len(designed.tried)} hands.{unmeasured}{limits}",
         command=command,
     )
 

@@ -12,7 +12,7 @@ from palmares.arrays import Array, array
 from palmares.reproducible import dot, exp, log, matmul, normal
 
 Key: TypeAlias = tuple[float, float]
-"""What is compared, the smaller the better: by how much limits are missed, then the score with a minus"""
+"""Key of comparison, the smaller the better: the part by which limits are missed, then minus the score"""
 
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71)
 """Bases of Halton's sequence; so many unknowns at most"""

@@ -69,7 +69,7 @@ def main(arguments: list[str]) -> int:
         again += f" --evaluations {options.evaluations} --seed {options.seed}"
         best = write_hand(design, found, folder, again)
     except KeyboardInterrupt:
-        print("palmares hand design: interrupted before a hand was measured", file=sys.stderr)
+        print("palmares hand design: interrupted before a hand was written", file=sys.stderr)
         return 130
     except (ValueError, OSError, PalmaresError) as error:
         print(f"palmares hand design: {error}", file=sys.stderr)
