@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import itertools
 import json
 import math
+import re
 import subprocess
 import sys
 import tomllib
@@ -13,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from palmares.analysis import Contact, force_closure, form_closure, quality
 from palmares.grasps import FATES, STEPS_MS, GraspFile, examples, make, processes, replay
@@ -258,7 +262,12 @@ def test_the_program_shows_checks_and_draws_a_file(
     assert "2 of 2 grasps end in the state of the file" in capsys.readouterr().out
     page = tmp_path / "page.html"
     assert program.main(["page", str(made), "--out", str(page)]) == 0
-    assert page.read_text().count('<img src="data:image/png;base64,iVBOR') >= 1
+    pictures = re.findall('src="data:image/png;base64,([^"]+)"', page.read_text())
+    assert pictures
+    for picture in pictures:
+        pixels = np.array(Image.open(io.BytesIO(base64.b64decode(picture))))
+        assert pixels.shape == (240, 320, 3)
+        assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100, "hand, ball and table"
     assert program.main(["dataset", str(made), "--sample", "1", "--out", str(tmp_path / "runs")]) == 0
     assert json.loads((tmp_path / "runs/meta/info.json").read_text())["total_episodes"] == 1
     with H5PY.File(made) as file:
