@@ -23,9 +23,12 @@ Quick start:
   palmares serve                 a practice server on http://127.0.0.1:8080
   open http://127.0.0.1:8080/    the leaderboard
 
-The Python package (pip install palmares-*.whl) adds five commands:
+The Python package (pip install palmares-*.whl) adds these commands:
   palmares demo                  a server, one run of an example, its score
   palmares evaluate FILE         play a controller over many scenes
+  palmares grasps HAND OBJECTS   thousands of grasps, tried and proven, in a file
+  palmares dataset RUNS          recorded runs as a dataset for imitation
+  palmares hand design FILE      a hand whose numbers meet goals best
   palmares new FOLDER            a controller that plays, its test, a README
   palmares foxglove              a server's live runs in Foxglove
   palmares ros2                  a run as a node of ROS 2

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import itertools
+import json
 import math
+import re
 import subprocess
 import sys
 import tomllib
@@ -12,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from palmares.analysis import Contact, force_closure, form_closure, quality
 from palmares.grasps import FATES, STEPS_MS, GraspFile, examples, make, processes, replay
@@ -257,7 +262,14 @@ def test_the_program_shows_checks_and_draws_a_file(
     assert "2 of 2 grasps end in the state of the file" in capsys.readouterr().out
     page = tmp_path / "page.html"
     assert program.main(["page", str(made), "--out", str(page)]) == 0
-    assert page.read_text().count('<img src="data:image/png;base64,iVBOR') >= 1
+    pictures = re.findall('src="data:image/png;base64,([^"]+)"', page.read_text())
+    assert pictures
+    for picture in pictures:
+        pixels = np.array(Image.open(io.BytesIO(base64.b64decode(picture))))
+        assert pixels.shape == (240, 320, 3)
+        assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100, "hand, ball and table"
+    assert program.main(["dataset", str(made), "--sample", "1", "--out", str(tmp_path / "runs")]) == 0
+    assert json.loads((tmp_path / "runs/meta/info.json").read_text())["total_episodes"] == 1
     with H5PY.File(made) as file:
         hashes = file["objects/056_tennis_ball/pose_0/kept/state_hash"][:]
     changed = tmp_path / "changed.h5"
@@ -327,6 +339,20 @@ def test_tries_as_arrays_for_learning(made: Path) -> None:
     back = (base[:, :3] - pose.position) @ pose.rotation
     assert np.abs(data.hand[:, :3] - back).max() < 1e-6
     assert data.kept[kept.row].all()
+
+
+def test_a_network_learns_from_the_tries(made: Path, tmp_path: Path) -> None:
+    pytest.importorskip("torch")
+    from palmares.examples.train_grasp_success import auc, parsed, train
+
+    other = tmp_path / "brick.h5"
+    make("yale_t42", [BRICK], other, pool=processes(1), **SMALL)
+    with pytest.raises(ValueError, match="found one object, 056_tennis_ball; wanted at least two"):
+        train(parsed([str(made)]))
+    words = [str(made), str(other), "--epochs", "2", "--policy", str(tmp_path / "success.pt")]
+    assert set(train(parsed(words))) == {"known", "unseen"}
+    assert (tmp_path / "success.pt").stat().st_size > 0
+    assert auc(np.array([0.1, 0.4, 0.35, 0.8]), np.array([0, 0, 1, 1])) == 0.75
 
 
 def test_closure_and_quality_of_a_textbooks_contacts() -> None:

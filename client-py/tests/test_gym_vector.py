@@ -251,3 +251,19 @@ def test_a_session_with_a_server_is_not_copied() -> None:
         pytest.raises(TypeError, match="cannot be pickled or copied"),
     ):
         pickle.dumps(client)
+
+
+@pytest.mark.parametrize("mode", [None, "sync"])
+def test_a_row_of_a_batch_has_the_scenes_of_the_environment_with_its_seed(mode: str | None) -> None:
+    def scenes(env: Any, seed: int) -> list[Any]:
+        first = [env.reset(seed=seed)[1]["seed"]]
+        return [*first, *(env.reset()[1]["seed"] for _ in range(2))]
+
+    envs = gymnasium.make_vec(NAME, num_envs=3, vectorization_mode=mode)
+    rows = np.array(scenes(envs, 10)).T.tolist()
+    for k, row in enumerate(rows):
+        env = gymnasium.make(NAME)
+        assert scenes(env, 10 + k) == row
+        env.close()
+    envs.close()
+    assert len({seed for row in rows for seed in row}) == 9, "each is another scene"

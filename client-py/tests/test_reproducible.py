@@ -23,6 +23,7 @@ DECIDING = (
     *(
         "skills",
         "examples",
+        "design",
         "grasps",
         "gym",
         "sim",

@@ -1,5 +1,7 @@
 /** The drive page: keys, handles, sliders and pushes; the downloaded recording replays as a Python program. */
 import { execFileSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
+import { readFileSync } from 'node:fs';
 import { expect, type Page } from '@playwright/test';
 import { test } from './server';
 
@@ -15,7 +17,10 @@ interface Driving {
     driver: {
       tick: number;
       phase: string;
-      recording: { entries: { kind: string }[]; result: { score: number; ticks: number; state_hash: string } | null };
+      recording: {
+        entries: { kind: string }[];
+        result: { score: number; ticks: number; state_hash: string; replay?: { sha256: string } } | null;
+      };
     };
   };
 }
@@ -140,6 +145,11 @@ test('a person drives a hand, and the recording repeats the run', async ({ page,
   await page.getByRole('button', { name: 'Download as Python' }).click();
   const file = test.info().outputPath('driven.py');
   await (await saving).saveAs(file);
+  // The replay is the file of which the result has the digest.
+  const replay = page.waitForEvent('download');
+  await page.getByRole('link', { name: 'Download the replay' }).click();
+  const bytes = readFileSync(await (await replay).path());
+  expect(createHash('sha256').update(bytes).digest('hex')).toBe(result?.replay?.sha256);
 
   expect(wrong).toEqual([]);
 

@@ -10,11 +10,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, cast
+from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.vector import AutoresetMode
 
 try:
     from minari import MinariDataset, StepDataCallback, create_dataset_from_buffers
@@ -22,14 +21,10 @@ try:
 except ImportError as missing:
     raise ImportError("palmares.minari needs minari: pip install 'palmares[minari]'") from missing
 
-from palmares.arguments import MAX_SEED, short, whole
 from palmares.arrays import Array
-from palmares.gym.batch import BatchEnv
+from palmares.episodes import INFOS, Episode, played
 from palmares.gym.fields import Arrays
 from palmares.version import VERSION
-
-INFOS = {"tick": 0, "score": 0.0, "is_success": False, "shaping": 0.0}
-"""Entries of infos that a dataset keeps, each (steps + 1,), with their values after a reset"""
 
 
 class Infos(StepDataCallback):  # type: ignore[misc]
@@ -45,39 +40,22 @@ class Infos(StepDataCallback):  # type: ignore[misc]
         return data
 
 
-class _Episode:
-    """An episode that is being played."""
-
-    def __init__(self, first: Arrays) -> None:
-        self._observations = [first]
-        self._actions: list[Array] = []
-        self._rewards: list[float] = []
-        self._infos: list[dict[str, Any]] = []
-        self._terminated = False
-
-    def add(self, action: Array, outcome: tuple[Arrays, float, bool, dict[str, Any]]) -> None:
-        observation, reward, self._terminated, info = outcome
-        self._observations.append(observation)
-        self._actions.append(action)
-        self._rewards.append(reward)
-        self._infos.append(info)
-
-    def buffer(self, number: int, seed: int) -> EpisodeBuffer:
-        """Return it as Minari takes it; it is over."""
-        steps, first = len(self._rewards), self._observations[0]
-        ends = np.arange(steps) == steps - 1
-        kept = [name for name in INFOS if name in self._infos[0]]
-        columns = {name: [info[name] for info in self._infos] for name in kept}
-        return EpisodeBuffer(
-            id=number,
-            seed=seed,
-            observations={name: np.stack([row[name] for row in self._observations]) for name in first},
-            actions=np.stack(self._actions),
-            rewards=self._rewards,
-            terminations=list(ends & self._terminated),
-            truncations=list(ends & (not self._terminated)),
-            infos={name: np.array([INFOS[name], *values]) for name, values in columns.items()},
-        )
+def _buffer(episode: Episode, number: int, seed: int) -> EpisodeBuffer:
+    """Return an episode that is over as Minari takes it."""
+    steps, first = len(episode.rewards), episode.observations[0]
+    ends = np.arange(steps) == steps - 1
+    kept = [name for name in INFOS if name in episode.infos[0]]
+    columns = {name: [info[name] for info in episode.infos] for name in kept}
+    return EpisodeBuffer(
+        id=number,
+        seed=seed,
+        observations={name: np.stack([row[name] for row in episode.observations]) for name in first},
+        actions=np.stack(episode.actions),
+        rewards=episode.rewards,
+        terminations=list(ends & episode.terminated),
+        truncations=list(ends & (not episode.terminated)),
+        infos={name: np.array([INFOS[name], *values]) for name, values in columns.items()},
+    )
 
 
 def collect(
@@ -110,51 +88,11 @@ def collect(
             argument is refused by the environment or Minari.
 
     """
-    seeds = [whole(f"seeds[{k}]", seed, 0, MAX_SEED) for k, seed in enumerate(seeds)]
-    if not seeds or len(set(seeds)) < len(seeds):
-        raise ValueError(f"seeds: found {short(seeds)}; wanted at least one, each once")
-    count = min(whole("num_envs", num_envs, 1, 100_000), len(seeds))
     options = dict(options or {})
     single = gymnasium.make(env, **options)
-    mode = AutoresetMode.DISABLED
-    envs = gymnasium.make_vec(env, num_envs=count, autoreset_mode=mode, **options)
-    assert isinstance(envs, BatchEnv)
-    done = _play(envs, policy, seeds)
-    buffers = [done[seed].buffer(number, seed) for number, seed in enumerate(seeds)]
+    episodes = played(policy, env, seeds, num_envs, options)
+    buffers = [
+        _buffer(it, number, seed) for number, (it, seed) in enumerate(zip(episodes, seeds, strict=True))
+    ]
     metadata = {"requirements": [f"palmares=={VERSION}"]} | metadata
     return create_dataset_from_buffers(dataset_id, buffers, env=single, **metadata)
-
-
-def _play(envs: BatchEnv, policy: Callable[[Arrays], Array], seeds: Sequence[int]) -> dict[int, _Episode]:
-    """Return the played episode of each seed."""
-    count = envs.num_envs
-    playing: list[int | None] = list(seeds[:count])
-    waiting = list(seeds[count:])[::-1]
-    observations = envs.reset(seed=seeds[:count])[0]
-    open_ones = [_Episode(_row(observations, k)) for k in range(count)]
-    done: dict[int, _Episode] = {}
-    while len(done) < len(seeds):
-        actions = np.asarray(policy(observations), dtype=np.float64)
-        observations, rewards, terminated, truncated, infos = envs.step(actions)
-        over = terminated | truncated
-        for k, seed in enumerate(playing):
-            if seed is None:
-                continue
-            info = {name: infos[name][k].item() for name in INFOS if name in infos}
-            outcome = _row(observations, k), float(rewards[k]), bool(terminated[k]), info
-            open_ones[k].add(actions[k].copy(), outcome)
-            if over[k]:
-                done[seed] = open_ones[k]
-                playing[k] = waiting.pop() if waiting else None
-        if over.any() and len(done) < len(seeds):
-            # An environment without a further seed plays on, unrecorded.
-            nexts = [seed if over[k] else None for k, seed in enumerate(playing)]
-            observations = envs.reset(seed=nexts, options={"reset_mask": over})[0]
-            for k in map(int, np.flatnonzero(over)):
-                open_ones[k] = _Episode(_row(observations, k))
-    return done
-
-
-def _row(observations: Arrays, k: int) -> Arrays:
-    """Return the observation of one environment."""
-    return {name: cast(Array, values[k].copy()) for name, values in observations.items()}

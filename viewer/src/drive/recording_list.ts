@@ -1,4 +1,7 @@
-/** The runs driven since the page was opened. Each can be downloaded as a Python program, even after a lost session. */
+/**
+ * The runs driven since the page was opened. Each can be downloaded as a Python program, even after a lost session, and a finished
+ * one as its replay, of which `palmares dataset` makes a demonstration.
+ */
 import { points } from '../ui/format';
 import { button, el, name } from '../ui/elements';
 import { pythonOf } from './python';
@@ -29,6 +32,10 @@ export class RecordingList {
     }
     const { run, result } = recording;
     const end = result ? `, ${points(result.score)} points (${result.reason.replaceAll('_', ' ')})` : ', not finished';
+    if (result?.replay && !row.parentElement?.querySelector('a')) {
+      const file = `/v1/runs/${encodeURIComponent(result.run_id)}/replay`;
+      row.parentElement?.append(el('a', { class: 'button small', href: file, download: `${result.run_id}.mcap` }, 'Download the replay'));
+    }
     row.replaceChildren(
       `${run.task}, `,
       name(run.hand),

@@ -74,7 +74,12 @@ def auc(score: NDArray[Any], kept: NDArray[Any]) -> float:
 
 
 def train(args: argparse.Namespace) -> dict[str, float]:
-    """Train and test; return the AUC on the objects of the training and on the others."""
+    """Train and test; return the AUC on the objects of the training and on the others.
+
+    Raises:
+        ValueError: There are fewer than two objects, or the files are of several hands.
+
+    """
     import torch
 
     from palmares.grasps import examples
@@ -83,6 +88,8 @@ def train(args: argparse.Namespace) -> dict[str, float]:
     torch.set_num_threads(args.threads)
     generator = torch.Generator().manual_seed(args.seed)
     data = examples(args.files)
+    if len(data.objects) < 2:
+        raise ValueError(f"files: found one object, {data.objects[0]}; wanted at least two, one for the test")
     names = np.random.default_rng(args.seed).permutation(len(data.objects))
     unseen = np.isin(data.object_row, names[: max(1, len(names) // 5)])
     # A try near a success is drawn because of it: only those that were drawn freely are for the test.
@@ -95,7 +102,7 @@ def train(args: argparse.Namespace) -> dict[str, float]:
     weight = torch.tensor(float((1 - kept[rows]).sum() / kept[rows].sum().clamp(min=1.0)))
     print(
         f"{len(data)} tries of {len(data.objects)} objects, {float(kept.mean()):.1%} kept; "
-        f"test: {test.sum()} of {len(names) // 5} unseen objects"
+        f"test: {test.sum()} of {max(1, len(names) // 5)} unseen objects"
     )
 
     def score(marks: NDArray[np.bool_]) -> NDArray[Any]:

@@ -110,7 +110,7 @@ def _picture(file: GraspFile, name: str, pose: int, grasp: int) -> bytes:
     pictures: list[bytes] = []
 
     def on_held(batch: Batch, _: int) -> None:
-        pictures.append(png(batch.pictures("film", SIZE, "film")["film"]))
+        pictures.append(png(batch.pictures("film", SIZE, "film")["film"][0]))
 
     with tempfile.TemporaryDirectory(prefix="palmares-grasps-") as folder:
         replay(file, name, pose, grasp, Path(folder), on_held=on_held)

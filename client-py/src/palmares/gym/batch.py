@@ -19,6 +19,7 @@ from palmares.gym.forms import Form
 from palmares.gym.hooks import Transition, copied, rewards_of
 from palmares.gym.images import FILM, FILM_SIZE, cameras_of, spaces_of, view_of
 from palmares.gym.infos import events_of, refuse_options, row_of
+from palmares.gym.seeds import any_seed, seed_of_episode
 from palmares.gym.settings import Settings, settings_of, unexpected
 from palmares.gym.starts import Starts, starts_of
 from palmares.net.requests import names
@@ -175,8 +176,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         if options and "reset_mask" in options:
             mask = mask_of("reset_mask", options["reset_mask"], self.num_envs)
         if seed is None and not self.batch.opened:
-            drawn = np.random.SeedSequence().generate_state(1, np.uint64)[0] >> np.uint64(12)
-            seed = int(drawn)
+            seed = any_seed()
         if seed is not None and (isinstance(seed, str) or not isinstance(seed, Iterable)):
             first = whole("seed", seed, 0, MAX_SEED)
             seed = [first + k for k in range(self.num_envs)]
@@ -238,8 +238,7 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
             self._roots[k], self._episodes[k] = seed, 0
             return seed
         self._episodes[k] += np.uint64(1)
-        mixed = np.random.SeedSequence([int(self._roots[k]), k, int(self._episodes[k])])
-        return int(mixed.generate_state(1, np.uint64)[0] >> np.uint64(11))
+        return seed_of_episode(int(self._roots[k]), int(self._episodes[k]))
 
     def _privileged(self) -> dict[str, Any]:
         """Return what a critic may know and sensors do not."""

@@ -26,6 +26,7 @@ from palmares.gym.fields import (
 from palmares.gym.images import FILM, FILM_SIZE, spaces_of, view_of
 from palmares.gym.infos import refuse_options, result_of
 from palmares.gym.player import Player
+from palmares.gym.seeds import any_seed, seed_of_episode
 from palmares.gym.settings import OF_BATCH, Settings, settings_of, unexpected
 from palmares.messages import Observation
 from palmares.net.requests import names
@@ -146,6 +147,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self._score = 0.0
         self._scene: Arrays = {}
         self._starts: Starts | None = None
+        self._seeds: tuple[int, int] | None = None  # of the first episode, number of this one
         self.observation: Observation | None = None
         self.observation_space = cast(spaces.Space[Arrays], self._observations())
         motors = len(self._player.hand.motors)
@@ -221,11 +223,13 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         refuse_options(options, ("parameters", "state"))
         starts = self._given_starts(options or {})
         super().reset(seed=seed, options=options)
-        if seed is None:
-            seed = int(self.np_random.integers(2**53))
+        seeds = (any_seed() if seed is None else seed, 0)
+        if seed is None and self._seeds is not None:
+            seeds = self._seeds[0], self._seeds[1] + 1
+        seed = seed_of_episode(*seeds) if seeds[1] else seeds[0]
         first = self.observation is None
         obs = self._player.open(seed, self._cameras, (options or {}).get("parameters"))
-        self._starts, info = starts, {"seed": seed}
+        self._seeds, self._starts, info = seeds, starts, {"seed": seed}
         if starts is not None:
             info["start"] = starts.drawn(seed)
             obs = self._player.place(starts, info["start"], self._cameras)

@@ -137,13 +137,11 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
     ) -> tuple[Arrays, dict[str, Any]]:
         """Open a run; see `PalmaresEnv.reset`."""
         super().reset(seed=seed, options=options)
-        if seed is None:
-            seed = int(self.np_random.integers(2**53))
         fields, info = self.inner.reset(seed=seed, options=options)
         if self._reward is not None:
             self._before = copied(fields)
         if self._form.goal is not None:
-            self._desired = self._form.goal.drawn(seed, self._form.place(fields))
+            self._desired = self._form.goal.drawn(info["seed"], self._form.place(fields))
         return self._form.made(fields, (), self._desired), info
 
     def step(self, action: Array) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:

@@ -12,6 +12,7 @@ from palmares.outputs import show_everything
 
 # Commands in Python, with the module whose `main` takes their arguments.
 COMMANDS = {
+    "dataset": "palmares.program.dataset",
     "demo": "palmares.program.demo",
     "evaluate": "palmares.program.evaluate",
     "foxglove": "palmares.program.foxglove",
@@ -19,12 +20,17 @@ COMMANDS = {
     "new": "palmares.program.new",
     "ros2": "palmares.program.ros2",
 }
+# Commands in Python below one of the compiled program.
+BELOW = {("hand", "design"): "palmares.program.hand_design"}
 
 
 def main() -> int:
     """Run ``palmares`` with the arguments of this process; return its exit code."""
     if len(sys.argv) > 1 and sys.argv[1] in COMMANDS:
-        return _ending_with_its_reader(importlib.import_module(COMMANDS[sys.argv[1]]).main)
+        return _ending_with_its_reader(importlib.import_module(COMMANDS[sys.argv[1]]).main, sys.argv[2:])
+    below = BELOW.get((sys.argv[1], sys.argv[2])) if len(sys.argv) > 2 else None
+    if below is not None:
+        return _ending_with_its_reader(importlib.import_module(below).main, sys.argv[3:])
     try:
         from palmares._native import main as native_main
     except ImportError:
@@ -42,11 +48,11 @@ def main() -> int:
     return native_main(["palmares", *sys.argv[1:]])
 
 
-def _ending_with_its_reader(command: Callable[[list[str]], int]) -> int:
+def _ending_with_its_reader(command: Callable[[list[str]], int], arguments: list[str]) -> int:
     """Run a command; end quietly when the reader of its output has ended, as in ``palmares … | head``."""
     try:
         show_everything()
-        code = command(sys.argv[2:])
+        code = command(arguments)
         sys.stdout.flush()
     except BrokenPipeError:
         # Python flushes its buffer at the end; discard that.

@@ -6,7 +6,7 @@ import argparse
 import random
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,10 +30,11 @@ examples:
   palmares grasps show grasps.h5                                  a line for each object
   palmares grasps page grasps.h5 --out grasps.html                pictures, and success by object
   palmares grasps check grasps.h5 --sample 100                    plays kept grasps again, and compares
+  palmares grasps dataset grasps.h5 --out runs/                   runs of kept grasps, for LeRobot
   palmares grasps replay grasps.h5 025_mug --pose 0 --grasp 3 --out a-folder/
 Ctrl-C keeps all finished parts; the same command continues."""
 
-COMMANDS = ("show", "check", "replay", "page")
+COMMANDS = ("show", "check", "replay", "page", "dataset")
 
 
 def main(arguments: list[str]) -> int:
@@ -48,7 +49,7 @@ def main(arguments: list[str]) -> int:
         if not options.file.is_file():
             raise ValueError(f"{options.file}: there is no such file")
         with GraspFile(options.file) as file:
-            return {"show": _show, "check": _check, "replay": _replay, "page": _page}[command](file, options)
+            return RUNS[command](file, options)
     except (ValueError, OSError, ImportError) as error:
         print(f"palmares grasps: {error}", file=sys.stderr)
         return 1
@@ -119,8 +120,7 @@ def _show(file: GraspFile, _: argparse.Namespace) -> int:
 def _check(file: GraspFile, options: argparse.Namespace) -> int:
     from palmares.grasps.replay import replay
 
-    grasps = [(n, p, k) for n, p in file.sections() for k in range(len(file.kept(n, p).row))]
-    chosen = random.Random(options.seed).sample(grasps, min(options.sample, len(grasps)))
+    chosen = _sampled(file, options)
     different = 0
     with tqdm(total=len(chosen), unit="grasp", file=sys.stderr) as bar, tempfile.TemporaryDirectory() as name:
         for object_name, pose, grasp in chosen:
@@ -153,6 +153,39 @@ def _page(file: GraspFile, options: argparse.Namespace) -> int:
     write_page(file, options.out)
     print(f"wrote {options.out}")
     return 0
+
+
+def _dataset(file: GraspFile, options: argparse.Namespace) -> int:
+    from palmares.grasps.replay import replay
+    from palmares.lerobot import Frames, frames_of, write
+    from palmares.sim import Recording
+
+    chosen = _sampled(file, options, proven=True)
+
+    def episodes() -> Iterator[Frames]:
+        for object_name, pose, grasp in tqdm(chosen, unit="grasp", file=sys.stderr):
+            with tempfile.TemporaryDirectory(prefix="palmares-grasps-") as name:
+                replay(file, object_name, pose, grasp, Path(name), write=True)
+                recording = Recording(Path(name) / "run.mcap", [name])
+                yield frames_of(recording, options.every, f"Grasp {object_name}, lift it and hold it.")
+
+    count = write(options.out, episodes(), round(100 / options.every), file.reach.name)
+    print(f"wrote {count} episodes to {options.out}")
+    return 0
+
+
+def _sampled(
+    file: GraspFile, options: argparse.Namespace, proven: bool = False
+) -> list[tuple[str, int, int]]:
+    """Return object, pose and row of some kept grasps, of all or of those that are kept at every step."""
+    grasps = []
+    for name, pose in file.sections():
+        survived = file.kept(name, pose).survived
+        grasps += [(name, pose, row) for row, each in enumerate(survived) if each.all() or not proven]
+    return random.Random(options.seed).sample(grasps, min(options.sample, len(grasps)))
+
+
+RUNS = {"show": _show, "check": _check, "replay": _replay, "page": _page, "dataset": _dataset}
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -228,6 +261,14 @@ def _parser_of(command: str) -> argparse.ArgumentParser:
             "--grasp", type=_at_least(0), default=0, metavar="N", help="row of the kept grasps"
         )
         parser.add_argument("--out", type=output_folder, required=True, metavar="FOLDER")
+    elif command == "dataset":
+        parser.description = "Play kept grasps again and write their runs as a dataset in LeRobot's format."
+        parser.add_argument(
+            "--sample", type=_at_least(1), default=100, metavar="N", help="how many; default 100"
+        )
+        parser.add_argument("--seed", type=int, default=0, metavar="N", help="chooses them; default 0")
+        parser.add_argument("--every", type=_at_least(1), default=5, metavar="TICKS", help="from row to row")
+        parser.add_argument("--out", type=output_folder, required=True, metavar="FOLDER", help="a new folder")
     elif command == "page":
         parser.description = "Write a page with pictures of kept grasps and success by object."
         parser.add_argument("--out", type=output_file, required=True, metavar="FILE", help="an HTML file")
