@@ -212,7 +212,7 @@ range = [2, 20]
 [[goals]]
 kind = "probability"
 objects = "056_tennis_ball"
-tries = 12
+tries = 48
 [[goals]]
 kind = "probability"
 name = "open"
@@ -228,7 +228,7 @@ def test_some_drawn_grasps_last_and_none_of_a_hand_that_stays_open(tmp_path: Pat
     with maker(read(tmp_path / "design.toml")) as made:
         closing, never = (it.value for it in made.before.measured)
     assert 0.0 < closing <= 1.0
-    assert (12 * closing).is_integer()
+    assert (48 * closing).is_integer()
     assert never == 0.0
 
 
