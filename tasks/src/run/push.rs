@@ -3,22 +3,13 @@
 
 use super::Run;
 use super::push_error::{MAX_PUSHES, PushError};
-use super::targets::{Pushed, Pushing, within};
+use super::targets::{Pushed, PushedPart, Pushing, within};
 use crate::observation::Wrench;
 use palmares_models::Vec3;
 use palmares_sim::Push;
 
 /// Half the arm of the couple that a torque is made of, m.
 const COUPLE_ARM: f64 = 0.05;
-
-/// What is pushed.
-#[derive(Clone, Copy, Debug)]
-pub enum PushedPart<'a> {
-    /// The link of this name. Force and torque act at its origin.
-    Link(&'a str),
-    /// The object of this index. Force and torque act at its centre of mass. No server offers it: the run has no replay from then on.
-    Object(usize),
-}
 
 impl Run {
     /// Greatest force of a push, N, and greatest torque, N·m.

@@ -25,6 +25,15 @@ impl BaseMotion {
     }
 }
 
+/// What is pushed.
+#[derive(Clone, Copy, Debug)]
+pub enum PushedPart<'a> {
+    /// The link of this name. Force and torque act at its origin.
+    Link(&'a str),
+    /// The object of this index. Force and torque act at its centre of mass. No server offers it: the run has no replay from then on.
+    Object(usize),
+}
+
 /// What is pushed, by its index.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Pushed {
