@@ -136,8 +136,11 @@ function listen(): void {
 async function readSessions(): Promise<void> {
   // In a competition the sessions need a token.
   if (token === refusedWith || (token === null && info?.mode === 'official')) return;
+  const asked = token;
   try {
-    const { sessions } = await getJson<{ sessions: Session[] }>('/v1/sessions', token);
+    const { sessions } = await getJson<{ sessions: Session[] }>('/v1/sessions', asked);
+    // The token was revoked meanwhile: its answer is no longer for this wall.
+    if (token !== asked) return;
     const now = performance.now();
     const gone = new Set(readings.keys());
     for (const session of sessions) {
