@@ -16,6 +16,7 @@ from palmares.arrays import Array, array
 from palmares.design.fields import Fields
 from palmares.design.goals import SIZES, Common, Goal, Measured, placed
 from palmares.evaluate.workers import cores
+from palmares.grasp_task import fixed, grasp_task, own_object
 from palmares.reproducible import matmul
 from palmares.rotation import matrix_of, quat_of
 from palmares.sim import World
@@ -31,63 +32,12 @@ POST = 0.5
 """Half width of the post under the object, in parts of the object's smallest half length"""
 EDGES = 8
 """Edges of the pyramids inside the friction cones"""
+POST_M = 0.15
+"""Half height of the post"""
+OBJECT = "object"
+"""Its name"""
 DOWN = array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
 """World from base: fingers down"""
-
-TASK = """\
-name = "design"
-description = "One object on a post under a hand."
-tick_s = 0.01
-step_s = 0.001
-time_limit_s = 60.0
-
-[hand]
-position = {position}
-quat_xyzw = {quat}
-
-[ground]
-height = -0.74
-friction = 0.5
-color = [0.55, 0.57, 0.60]
-center = [0.0, 0.0]
-size = [3.0, 3.0]
-
-[[furniture]]
-name = "post"
-friction = 0.5
-color = [0.62, 0.50, 0.38]
-parts = [{{ position = [0.0, 0.0, -0.15], half_extents = [{post}, {post}, 0.15] }}]
-
-[[regions]]
-name = "middle"
-min = [-0.4, -0.4, 0.0]
-max = [0.4, 0.4, 0.7]
-
-[objects]
-count = 1
-from = ["object"]
-
-[[objects.own]]
-name = "object"
-source = "of the design file"
-parts = [{{ shape = "{shape}", {size} }}]
-mass = {mass}
-friction = {friction}
-
-[[place.fixed]]
-object = "object"
-position = {object_position}
-quat_xyzw = {object_quat}
-
-[rules]
-kind = "hold"
-lift_m = 0.1
-hold_s = 2.0
-slip_m = 0.03
-slow_s = 30.0
-shake = {{ amplitude_m = 0.02, frequency_hz = 3.5, axis_s = 1.0 }}
-points = {{ lifted = 1.0, held = 3.0, shaken = 3.0, firm = 2.0, quick = 1.0 }}
-"""
 
 
 @dataclass(frozen=True)
@@ -132,16 +82,23 @@ class Epsilon(Goal):
         base = array([-aside[0], -aside[1], height - aside[2]])
         quat = quat_of(DOWN).tolist()
         with tempfile.TemporaryDirectory(prefix="palmares-design-") as name:
-            text = TASK.format(
-                position=base.tolist(),
-                quat=quat,
-                post=POST * min(self.size),
-                shape=self.shape,
-                size=_size(self.shape, self.size),
-                mass=self.mass,
-                friction=self.friction,
-                object_position=[0.0, 0.0, height],
-                object_quat=quat_of(turn).tolist(),
+            own = {
+                "name": OBJECT,
+                "source": "of the design file",
+                "parts": [{"shape": self.shape, **_size(self.shape, self.size)}],
+                "mass": self.mass,
+                "friction": self.friction,
+            }
+            half = POST * min(self.size)
+            text = grasp_task(
+                "design",
+                "One object on a post under a hand.",
+                OBJECT,
+                own_object(own),
+                fixed(OBJECT, [0.0, 0.0, height], quat_of(turn)),
+                base,
+                quat,
+                ("post", (half, half, POST_M)),
             )
             (Path(name) / "task.toml").write_text(text, encoding="utf-8")
             world = World(name, hand, seed=1)
@@ -160,16 +117,16 @@ class Epsilon(Goal):
         truth = world.observe("truth").truth
         if truth is None or float(truth.objects[0].position[2]) < height + 0.5 * LIFT_M:
             return Measured(0.0)
-        grasp = held(world, "object")
+        grasp = held(world, OBJECT)
         return Measured(grasp.quality(edges=EDGES).epsilon if len(grasp.contacts) > 1 else 0.0)
 
 
-def _size(shape: str, size: list[float]) -> str:
+def _size(shape: str, size: list[float]) -> dict[str, Any]:
     if shape == "sphere":
-        return f"radius = {size[0]}"
+        return {"radius": size[0]}
     if shape == "cylinder":
-        return f"radius = {size[0]}, height = {2.0 * size[1]}"
-    return f"size = {[2.0 * half for half in size]}"
+        return {"radius": size[0], "height": 2.0 * size[1]}
+    return {"size": [2.0 * half for half in size]}
 
 
 def _reach_down(shape: str, size: list[float], turn: Array) -> float:

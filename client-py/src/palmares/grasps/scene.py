@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from palmares import own_task
 from palmares.arrays import Array, array
+from palmares.grasp_task import fixed, grasp_task, own_object
 from palmares.grasps.hand import Reach
 from palmares.grasps.surface import bounds, support
 from palmares.reproducible import atan2, cos, dots, matmul
@@ -31,53 +30,8 @@ ABOVE_M = 0.03
 HIGH_M = 1.5
 """Height of the hand over a dropped object"""
 
-TASK = """\
-# The task `grasp` with one object. `palmares grasps` wrote this file.
-name = {name}
-description = "Lift the object by 0.1 m, hold it for 2 s and through a shake: up to 10 points."
-tick_s = 0.01
-step_s = 0.001
-time_limit_s = 120.0
-
-[hand]
-position = {position}
-quat_xyzw = {quat}
-
-[ground]
-height = -0.74
-friction = 0.5
-color = [0.55, 0.57, 0.60]
-center = [0.0, 0.0]
-size = [3.0, 3.0]
-
-[[furniture]]
-name = "table"
-friction = 0.5
-color = [0.62, 0.50, 0.38]
-parts = [{{ position = [0.0, 0.0, -0.02], half_extents = [0.6, 0.6, 0.02] }}]
-
-[[regions]]
-name = "middle"
-min = [-0.4, -0.4, 0.0]
-max = [0.4, 0.4, 0.7]
-
-[objects]
-count = 1
-from = [{object}]
-
-{own}
-
-{place}
-
-[rules]
-kind = "hold"
-lift_m = 0.1
-hold_s = 2.0
-slip_m = 0.03
-slow_s = 30.0
-shake = {{ amplitude_m = 0.02, frequency_hz = 3.5, axis_s = 1.0 }}
-points = {{ lifted = 1.0, held = 3.0, shaken = 3.0, firm = 2.0, quick = 1.0 }}
-"""
+REMARK = "The task `grasp` with one object. `palmares grasps` wrote this file."
+DESCRIPTION = "Lift the object by 0.1 m, hold it for 2 s and through a shake: up to 10 points."
 SCATTER = """\
 [place.scatter]
 into = "middle"
@@ -85,7 +39,6 @@ gap = 0.004
 
 [training.randomise]
 object_poses = { tilt_deg = 180.0 }"""
-FIXED = "[[place.fixed]]\nobject = {object}\nposition = {position}\nquat_xyzw = {quat}"
 
 
 @dataclass(frozen=True)
@@ -137,27 +90,14 @@ def subjects_of(text: str) -> list[Subject]:
         )
     found = []
     for own in own_task.read(file).get("objects", {}).get("own", []):
-        table = {key: value for key, value in own.items() if key != "parts"}
-        parts = [_inline(part) for part in own.get("parts", [])]
-        lines = [f"{key} = {_inline(value)}" for key, value in table.items()]
-        lines += [f"parts = [{', '.join(parts)}]"] if parts else []
         named = (
             [own["urdf"]] if "urdf" in own else [it["file"] for it in own.get("parts", []) if "file" in it]
         )
         files = tuple((name, (file.parent / name).read_bytes()) for name in named)
-        found.append(Subject(str(own.get("name")), "\n".join(["[[objects.own]]", *lines]), files))
+        found.append(Subject(str(own.get("name")), own_object(own), files))
     if not found:
         raise ValueError(f"objects: {file} has no [[objects.own]]")
     return found
-
-
-def _inline(value: Any) -> str:
-    """Return a value as TOML in one line."""
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_inline(it)}" for key, it in value.items()) + " }"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_inline, value)) + "]"
-    return json.dumps(value)
 
 
 def poses_at_rest(subject: Subject, hand: str, folder: Path, most: int) -> list[Pose]:
@@ -218,29 +158,17 @@ def start_of(reach: Reach, top_m: float) -> tuple[Array, Array]:
 
 def write_scene(folder: Path, subject: Subject, body: SceneBody, pose: Pose, reach: Reach) -> None:
     """Write the task in which the object lies in a pose and the hand begins above it."""
-    place = FIXED.format(
-        object=json.dumps(subject.name), position=_numbers(pose.position), quat=_numbers(pose.quat)
-    )
+    place = fixed(subject.name, pose.position, pose.quat)
     write_task(folder, subject, place, *start_of(reach, top_of(body, pose)))
 
 
 def write_task(folder: Path, subject: Subject, place: str, position: Array, quat: Array) -> None:
     """Write a ``task.toml`` and the files of its object."""
     folder.mkdir(parents=True, exist_ok=True)
-    text = TASK.format(
-        name=json.dumps(f"grasp_of_{subject.name}"[:64]),
-        object=json.dumps(subject.name),
-        own=subject.own,
-        place=place,
-        position=_numbers(position),
-        quat=_numbers(quat),
-    )
+    name = f"grasp_of_{subject.name}"
+    text = grasp_task(name, DESCRIPTION, subject.name, subject.own, place, position, quat, remark=REMARK)
     (folder / "task.toml").write_text(text)
     for name, contents in subject.files:
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(contents)
-
-
-def _numbers(vector: Array) -> str:
-    return "[" + ", ".join(repr(float(x)) for x in vector) + "]"
