@@ -236,8 +236,8 @@ class BatchEnv(VectorEnv[Arrays, Array, NDArray[Any]]):
         """Return the seed of the next scene of environment `k`."""
         if seed is not None:
             self._roots[k], self._episodes[k] = seed, 0
-            return seed
-        self._episodes[k] += np.uint64(1)
+        else:
+            self._episodes[k] += np.uint64(1)
         return seed_of_episode(int(self._roots[k]), int(self._episodes[k]))
 
     def _privileged(self) -> dict[str, Any]:

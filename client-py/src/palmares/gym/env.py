@@ -226,7 +226,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         seeds = (any_seed() if seed is None else seed, 0)
         if seed is None and self._seeds is not None:
             seeds = self._seeds[0], self._seeds[1] + 1
-        seed = seed_of_episode(*seeds) if seeds[1] else seeds[0]
+        seed = seed_of_episode(*seeds)
         first = self.observation is None
         obs = self._player.open(seed, self._cameras, (options or {}).get("parameters"))
         self._seeds, self._starts, info = seeds, starts, {"seed": seed}

@@ -11,12 +11,14 @@ def any_seed() -> int:
 
 
 def seed_of_episode(first: int, episode: int) -> int:
-    """Return the seed of the scene of a later episode, 53 bits.
+    """Return the seed of an episode's scene: `first` of the first one, 53 bits of both numbers of later ones.
 
     Args:
         first: Seed of the first episode.
-        episode: Number of this one, from 1 on.
+        episode: Number of this one, from 0 on.
 
     """
+    if episode == 0:
+        return first
     mixed = np.random.SeedSequence([first, episode])
     return int(mixed.generate_state(1, np.uint64)[0] >> np.uint64(11))
