@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from palmares.arrays import Array, array
 from palmares.grasps.hand import Reach
 from palmares.grasps.sample import Candidates
-from palmares.reproducible import acos, dot, norm, sin
+from palmares.reproducible import norm
+from palmares.rotation import angle_between, slerp
 
 TICK_S = 0.01
 TICKS = 2
@@ -38,7 +39,6 @@ class Course:
         self._start, self._reach = start, reach
         self._keys = np.tile(start[:3], (count, STAY + 2, 1))
         self._quats = np.tile(start[3:], (count, 2, 1))
-        self._angle = np.zeros(count)
         self._ends = np.tile(TICKS * np.arange(1, STAY + 2), (count, 1))
 
     def set(self, world: int, tries: Candidates, row: int) -> None:
@@ -48,11 +48,10 @@ class Course:
         high = array([before[0], before[1], max(float(before[2]), float(self._start[2]))])
         keys = [self._start[:3], high, before, at, at, at, at + array([0.0, 0.0, LIFT_M])]
         self._keys[world] = [*keys, keys[-1]]
-        cosine = dot(self._start[3:], quat)
-        self._quats[world] = self._start[3:], quat if cosine >= 0.0 else -quat
-        self._angle[world] = acos(min(1.0, abs(cosine)))
+        self._quats[world] = self._start[3:], quat
+        turn = angle_between(self._start[3:], quat)
         durations = [
-            max(_ticks(high - keys[0], SPEED) // 2, _ceil(2.0 * self._angle[world] / TURN_SPEED / TICK_S)),
+            max(_ticks(high - keys[0], SPEED) // 2, _ceil(turn / TURN_SPEED / TICK_S)),
             _ticks(before - high, SPEED),
             _ticks(at - before, APPROACH_SPEED),
             CLOSE_TICKS,
@@ -89,7 +88,8 @@ class Course:
         position = first + smooth[:, None] * (second - first)
         quat = self._quats[:, 1].copy()
         for row in np.flatnonzero(phase == MOVE):
-            quat[row] = _slerp(self._quats[row], float(self._angle[row]), float(smooth[row]))
+            start, end = self._quats[row]
+            quat[row] = slerp(start, end, float(smooth[row]))
         wound = np.where(phase == CLOSE, smooth, np.where(phase > CLOSE, 1.0, 0.0))[:, None]
         sigma = self._reach.opened + wound * (self._reach.closed - self._reach.opened)
         return np.hstack([position, quat, sigma])
@@ -101,10 +101,3 @@ def _ceil(value: float) -> int:
 
 def _ticks(way: Array, speed: float) -> int:
     return _ceil(PEAK * norm(way) / speed / TICK_S)
-
-
-def _slerp(ends: Array, half_angle: float, share: float) -> Array:
-    if half_angle < 1e-6:
-        return array(ends[1])
-    first, second = sin((1.0 - share) * half_angle), sin(share * half_angle)
-    return array((first * ends[0] + second * ends[1]) / sin(half_angle))

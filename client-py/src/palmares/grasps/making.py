@@ -16,6 +16,7 @@ from palmares.grasps.explore import Explored, Job, explore
 from palmares.grasps.file import GraspFile, Settings
 from palmares.grasps.hand import reach_of
 from palmares.grasps.scene import Pose, Subject, poses_at_rest, subjects_of
+from palmares.reproducible import total
 from palmares.scene import SceneBody
 from palmares.sim import World, describe_hand
 
@@ -89,19 +90,11 @@ def make(
                     body = file.body(name)
                     jobs.append(Job(hand, reach, subject, body, pose, number, count, drawn, seed))
         if on_planned is not None:
-            on_planned(there, there + sum_of(job.tries for job in jobs))
+            on_planned(there, there + int(total([job.tries for job in jobs])))
         for explored in run(explore, jobs):
             file.add(explored)
             if on_found is not None:
                 on_found(explored)
-
-
-def sum_of(numbers: Iterable[int]) -> int:
-    """Return the sum of whole numbers."""
-    total = 0
-    for number in numbers:
-        total += number
-    return total
 
 
 def processes(count: int | None = None) -> Pool:

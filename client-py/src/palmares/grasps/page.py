@@ -13,6 +13,7 @@ import numpy as np
 from palmares.grasps.file import GraspFile, Total, totals
 from palmares.grasps.replay import replay
 from palmares.png import png
+from palmares.reproducible import total
 from palmares.sim import Batch
 
 SIZE = (320, 240)
@@ -63,8 +64,8 @@ def write_page(file: GraspFile, path: Path, report: Callable[[str], None] | None
         covered=len([row for row in rows if row.survived >= ENOUGH]),
         objects=len(rows),
         enough=ENOUGH,
-        tries=_sum([row.tries for row in rows]),
-        kept=_sum([row.kept for row in rows]),
+        tries=int(total([row.tries for row in rows])),
+        kept=int(total([row.kept for row in rows])),
         engine=html.escape(file.engine),
     )
     for row in rows:
@@ -115,10 +116,3 @@ def _picture(file: GraspFile, name: str, pose: int, grasp: int) -> bytes:
     with tempfile.TemporaryDirectory(prefix="palmares-grasps-") as folder:
         replay(file, name, pose, grasp, Path(folder), on_held=on_held)
     return pictures[0] if pictures else b""
-
-
-def _sum(numbers: list[int]) -> int:
-    total = 0
-    for number in numbers:
-        total += number
-    return total
