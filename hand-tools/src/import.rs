@@ -1,7 +1,7 @@
 //! `palmares hand import` and `hand new`: a published hand becomes a folder with hand.urdf, hand.toml and meshes.
 
 use clap::Args;
-use palmares_hand_import::decision::{Decision, DecisionKind};
+use palmares_hand_import::decision::Decision;
 use palmares_hand_import::error::ImportError;
 use palmares_hand_import::{Format, ImportOptions, Imported, import};
 use palmares_protocol::text::printable;
@@ -11,6 +11,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use crate::decisions::listed;
 use crate::table::json;
 
 /// Exit code of a hand that was written with problems.
@@ -158,32 +159,8 @@ fn text(hand: &Imported, folder: &Path, all: bool) -> String {
     let (settings, folder) = (folder.join("hand.toml"), folder.display());
     let description = hand.description.display().to_string();
     let _ = writeln!(out, "{}: {} of {}", hand.name, hand.format.name(), printable(&description));
-    for (kind, title) in [
-        (DecisionKind::Taken, "Taken in other words"),
-        (DecisionKind::Guessed, "Guessed"),
-        (DecisionKind::Dropped, "Dropped"),
-        (DecisionKind::Problem, "Problems"),
-    ] {
-        let found: Vec<&Decision> = hand.decisions.iter().filter(|decision| decision.kind == kind).collect();
-        if found.is_empty() {
-            continue;
-        }
-        let _ = writeln!(out, "\n{title}: {}", found.len());
-        let most = if all || kind == DecisionKind::Problem { found.len() } else { SHOWN };
-        for decision in found.iter().take(most) {
-            let file = decision.file.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-            let line = format!("{file}: {}: {}", decision.element, decision.text);
-            let lines: Vec<_> = line.lines().map(printable).collect();
-            let _ = writeln!(out, "  {}", lines.join("\n    "));
-        }
-        if found.len() > most {
-            let _ = writeln!(
-                out,
-                "  … {} more; --all prints them, and they are comments in {folder}",
-                found.len() - most
-            );
-        }
-    }
+    let most = if all { usize::MAX } else { SHOWN };
+    out += &listed(&hand.decisions, most, &folder.to_string());
     if let Some(lines) = &hand.tendon_lines {
         let _ = writeln!(
             out,

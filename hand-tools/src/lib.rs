@@ -8,6 +8,7 @@ mod check;
 mod closure;
 mod command;
 mod copy;
+mod decisions;
 pub mod decompose;
 mod describe;
 mod draw;

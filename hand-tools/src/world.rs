@@ -1,7 +1,7 @@
 //! `palmares task import`: a Klamp't world becomes a folder with task.toml, meshes and URDFs.
 
 use clap::Args;
-use palmares_hand_import::decision::{Decision, DecisionKind};
+use palmares_hand_import::decision::Decision;
 use palmares_hand_import::{ImportedWorld, import_world};
 use palmares_protocol::text::printable;
 use palmares_tasks::Task;
@@ -11,6 +11,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use crate::decisions::listed;
 use crate::import::said;
 use crate::table::json;
 
@@ -94,20 +95,7 @@ fn text(world: &ImportedWorld, folder: &str) -> String {
     let mut out = String::new();
     let file = world.description.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
     let _ = writeln!(out, "{}: Klamp't world {}", world.name, printable(&file));
-    for (kind, title) in [
-        (DecisionKind::Taken, "Taken in other words"),
-        (DecisionKind::Guessed, "Guessed"),
-        (DecisionKind::Dropped, "Dropped"),
-        (DecisionKind::Problem, "Problems"),
-    ] {
-        let found: Vec<&Decision> = world.decisions.iter().filter(|decision| decision.kind == kind).collect();
-        if !found.is_empty() {
-            let _ = writeln!(out, "\n{title}: {}", found.len());
-        }
-        for decision in found {
-            let _ = writeln!(out, "  {}", printable(&format!("{}: {}", decision.element, decision.text)));
-        }
-    }
+    out += &listed(&world.decisions, usize::MAX, folder);
     let _ = writeln!(
         out,
         "\nWritten to {folder}: {} files; the lines above are comments in task.toml",
