@@ -287,8 +287,21 @@ test('a viewer’s token shows clocks and runs, until it is revoked', async ({ b
   await official.post('/v1/admin/announcement', { text: 'five minutes', reason: null });
   await expect(live.getByText('five minutes')).toBeVisible();
 
+  // An answer that was asked for before comes after it, and shows nothing any more.
+  let asked = 0;
+  let answered = 0;
+  await wall.route('**/v1/sessions', async (route) => {
+    const response = await route.fetch();
+    asked += 1;
+    await expect(wall.getByRole('alert')).toContainText('The token was revoked');
+    await route.fulfill({ response });
+    answered += 1;
+  });
+  await expect.poll(() => asked).toBeGreaterThan(0);
   await official.post('/v1/admin/token/revoke', { token_id, reason: 'it was on a photograph' });
   await expect(wall.getByRole('alert')).toContainText('The token was revoked');
+  await expect.poll(() => answered).toBeGreaterThan(0);
+  await wall.waitForTimeout(300);
   await expect(wall.locator('.clocks .who')).toHaveCount(0);
   await expect(wall.locator('.live')).toBeHidden();
   await expect(live.getByText(/revoked/).first()).toBeVisible();
